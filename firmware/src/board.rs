@@ -4,7 +4,7 @@
 use storage::StoreFailed;
 use wire::Settings;
 
-use crate::ports::BusState;
+use crate::exchange::BusState;
 use crate::sampling::Tick;
 use crate::supervision::StackDepth;
 

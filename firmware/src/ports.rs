@@ -1,9 +1,9 @@
 //! Queues between the sampling loop and everything slower.
 //!
-//! One `static PORTS: Ports` is the only state shared by the tasks of a board. Frames leave through four [lanes](Lane).
-//! A frame for the CAN bus goes into a [mailbox](Mailboxes) at once if one is free. Frames for the UART share
-//! [transfers](UartBatch). [Inputs](Input) wait for the foot's next tick. [Requests](Request) of the foot wait for the
-//! thread level.
+//! One `static PORTS: Ports` is the only state shared by the tasks of a board. Inputs wait for the foot's next tick,
+//! which [receives](Ports::receive) them. What the foot [sends](Ports::send) leaves through four [lanes](Lane). A frame
+//! for the CAN bus goes into a [mailbox](Mailboxes) at once if one is free. Frames for the UART share
+//! [transfers](UartBatch). Requests of the foot wait for the thread level.
 
 use core::cell::RefCell;
 use core::future::poll_fn;
@@ -14,17 +14,13 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::waitqueue::WakerRegistration;
-use estimator_core::Timestamp;
 use heapless::deque::{Deque, DequeView};
-use storage::StoreFailed;
 use wire::CanFrame;
-use wire::foot::cob_id;
-use wire::pdo::Pdo;
-use wire::uart::{self, Encoded, Message};
+use wire::uart::{self, Encoded};
 
+use crate::exchange::{Dropped, Input, Lane, Outbox, REQUESTS, Received, Reloaded, Request};
 use crate::supervision::{CostMeter, Light, Liveness};
-use crate::thread::{Reloaded, Request};
-use crate::uart_requests::UartRequest;
+use crate::uart_requests::UartReceiver;
 
 /// Queue with room for one contact, which the next one replaces. So a contact is never older than a tick when it is
 /// sent.
@@ -37,7 +33,7 @@ pub struct Ports<M = NoMailboxes> {
     can: Outlet<CanFrame, 16, 16>,
     uart: UartQueue,
     inputs: Channel<CriticalSectionRawMutex, Input, 16>,
-    requests: Channel<CriticalSectionRawMutex, Request, 2>,
+    requests: Channel<CriticalSectionRawMutex, Request, REQUESTS>,
     reloaded: Channel<CriticalSectionRawMutex, Reloaded, 1>,
     /// Tasks that have reported since the watchdog was last fed.
     pub liveness: Liveness,
@@ -166,6 +162,18 @@ impl<M: Mailboxes> Ports<M> {
         self.inputs.send(input).await;
     }
 
+    /// Queues the requests in some bytes of the UART for the foot, and the number of rejected frames.
+    pub async fn put_uart(&self, receiver: &mut UartReceiver, bytes: &[u8]) {
+        for byte in bytes {
+            if let Some(request) = receiver.push(*byte) {
+                self.put(Input::Uart(request)).await;
+            }
+        }
+        if let Some(refused) = receiver.refused() {
+            self.put(Input::UartRefused(refused)).await;
+        }
+    }
+
     /// Returns whether a request has come over the UART since the start.
     pub fn has_had_request(&self) -> bool {
         self.has_had_request.load(Ordering::Relaxed)
@@ -183,86 +191,45 @@ impl<M: Mailboxes> Ports<M> {
         let _ = self.reloaded.try_send(reloaded);
     }
 
-    /// Puts a frame into a mailbox at once, or queues it at the end of its lane. Returns the number of frames dropped
-    /// for it.
-    pub(crate) fn push_can(&self, lane: Lane, frame: CanFrame) -> u32 {
+    /// Takes the inputs of a tick.
+    pub fn receive(&self, received: &mut Received) {
+        received.inputs.clear();
+        // Most ticks have no input, and moving an empty result costs as much as moving a full one.
+        while !self.inputs.is_empty()
+            && !received.inputs.is_full()
+            && let Ok(input) = self.inputs.try_receive()
+        {
+            // It is not full.
+            let _ = received.inputs.push(input);
+        }
+        if received.reloaded.is_some() || !self.reloaded.is_empty() {
+            received.reloaded = self.reloaded.try_receive().ok();
+        }
+    }
+
+    /// Sends what a foot has put into its outbox. A frame for the CAN bus goes into a mailbox at once, or to the end of
+    /// its lane. Returns the numbers of frames dropped.
+    pub fn send(&self, outbox: &Outbox) -> Dropped {
+        let mut dropped = outbox.dropped();
+        for (lane, frame) in outbox.can() {
+            dropped.can += self.push_can(*lane, *frame);
+        }
+        for (lane, sequence, message) in outbox.uart() {
+            dropped.uart += self.uart.push(*lane, uart::encode(*sequence, message));
+        }
+        for request in outbox.requests() {
+            // The queue has room for as many as a foot has waiting.
+            let _ = self.requests.try_send(request.clone());
+        }
+        for worker in outbox.alive() {
+            self.liveness.report(*worker);
+        }
+        dropped
+    }
+
+    fn push_can(&self, lane: Lane, frame: CanFrame) -> u32 {
         self.can.send_or_push(lane, frame, |frame| self.mailboxes.try_send(frame))
     }
-
-    /// Queues a frame for the UART. Returns the number of frames dropped for it.
-    pub(crate) fn push_uart(&self, lane: Lane, sequence: u16, message: &Message) -> u32 {
-        self.uart.push(lane, uart::encode(sequence, message))
-    }
-
-    /// Passes a request to the board. Returns `false` if there is no room for it.
-    pub(crate) fn request(&self, request: Request) -> bool {
-        self.requests.try_send(request).is_ok()
-    }
-
-    /// Takes the next input, if there is one.
-    pub(crate) fn take_input(&self) -> Option<Input> {
-        // Most ticks have no input, and moving an empty result costs as much as moving a full one.
-        if self.inputs.is_empty() {
-            return None;
-        }
-        self.inputs.try_receive().ok()
-    }
-
-    /// Takes the answer to [`Request::Reload`], if there is one.
-    pub(crate) fn take_reloaded(&self) -> Option<Reloaded> {
-        self.reloaded.try_receive().ok()
-    }
-}
-
-/// Input to the foot, handled on its next tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Input {
-    /// A CAN frame, and its reception time on the clock of the samples.
-    Can(CanFrame, Timestamp),
-    /// A request over UART.
-    Uart(UartRequest),
-    /// Number of UART frames rejected.
-    UartRefused(u32),
-    /// Number of UART bytes lost.
-    UartLost(u32),
-    /// Minimum number of received CAN frames lost. A controller reports an overrun once, however many frames it lost
-    /// before the report was read.
-    CanLost(u32),
-    /// Number of UART frames that could not be sent.
-    UartDropped(u32),
-    /// Number of CAN frames withdrawn because the bus took none.
-    CanWithdrawn(u32),
-    /// The CAN controller's state has changed.
-    Bus(BusState),
-    /// The result of [`Request::Store`] or [`Request::Restore`].
-    Stored(Result<(), StoreFailed>),
-    /// The result of [`Request::ProtectSupply`] or [`Request::ConfirmProgram`].
-    Completed(Result<(), StoreFailed>),
-}
-
-impl Input {
-    /// Returns whether the input is a request with a response. These take the longest of all inputs, and have no
-    /// deadline.
-    #[must_use]
-    pub fn needs_answer(&self) -> bool {
-        match self {
-            Self::Can(frame, _) => cob_id::split(frame.id()).0 == cob_id::SDO_REQUEST,
-            Self::Uart(request) => !matches!(request, UartRequest::Nmt(_)),
-            _ => false,
-        }
-    }
-}
-
-/// State of the CAN controller on its bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BusState {
-    /// Error-active: few errors.
-    Active,
-    /// Error-passive, with the receive and the transmit error counter.
-    Passive(u8, u8),
-    /// Bus-off after too many errors, or unable to join a bus that is never idle. The board lets the controller recover
-    /// at once.
-    Off,
 }
 
 /// Frames sent to the serial line in one transfer: faults first, then the contact, then others. Together they have at
@@ -313,36 +280,6 @@ impl UartBatch {
         });
         self.crowded = if is_crowded { self.crowded + 1 } else { 0 };
         &self.bytes
-    }
-}
-
-/// Lane of an item. Notices go first, because they are rare. Estimates follow, so that no request delays them.
-/// Responses go before the stream, which goes when nothing else waits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Lane {
-    /// Rare reports of the foot itself: boot-up, heartbeat, faults. Goes first.
-    Notice,
-    /// The contact, each tick.
-    Estimate,
-    /// Responses to requests. Their number is unlimited.
-    Answer,
-    /// Periodic data.
-    Stream,
-}
-
-impl Lane {
-    /// All lanes, in the order in which they are sent.
-    pub const ALL: [Self; 4] = [Self::Notice, Self::Estimate, Self::Answer, Self::Stream];
-
-    /// Lane of a frame that the node sends on a tick. Process data are a stream, except the contact, which goes before
-    /// them. Emergencies and heartbeats are not process data.
-    pub(crate) const fn of(frame: &CanFrame) -> Self {
-        const CONTACT: u16 = Pdo::Contact.base();
-        match cob_id::split(frame.id()).0 {
-            CONTACT => Self::Estimate,
-            cob_id::EMERGENCY | cob_id::HEARTBEAT => Self::Notice,
-            _ => Self::Stream,
-        }
     }
 }
 
@@ -489,31 +426,16 @@ mod tests {
     use core::task::{Context, Waker};
     use std::vec::Vec;
 
-    use wire::node::{NmtCommand, NmtState};
+    use estimator_core::Timestamp;
+    use wire::node::NmtState;
     use wire::pdo::Quantity;
-    use wire::uart::{
-        ConfigGet, ConfigSet, ContactMessage, Decoder, LogMessage, MAX_LOG, NmtRequest,
-    };
-    use wire::{Address, Counters, Faults, Stage, Value};
+    use wire::uart::{ContactMessage, Decoder, LogMessage, MAX_LOG, Message};
+    use wire::{Counters, Faults, Stage};
 
     use super::*;
 
     fn frame(id: u16) -> CanFrame {
         CanFrame::new(id, &[]).expect("a frame")
-    }
-
-    #[test]
-    fn each_kind_of_frame_has_its_lane() {
-        for (id, lane) in [
-            (0x191, Lane::Estimate),
-            (0x091, Lane::Notice),
-            (0x711, Lane::Notice),
-            (0x291, Lane::Stream),
-            (0x391, Lane::Stream),
-            (0x511, Lane::Stream),
-        ] {
-            assert_eq!(Lane::of(&frame(id)), lane, "{id:#x}");
-        }
     }
 
     #[test]
@@ -567,43 +489,20 @@ mod tests {
         assert_eq!(are_ready(), (false, false));
     }
 
-    fn received(id: u16) -> Input {
-        Input::Can(frame(id), Timestamp::from_micros(0))
-    }
-
-    #[test]
-    fn only_requests_for_objects_need_an_answer() {
-        let address = Address::new(0x2010, 0);
-        let value = Value::U8(1).into();
-        for answered in [
-            received(0x600),
-            received(0x67F),
-            Input::Uart(UartRequest::Get(ConfigGet { address })),
-            Input::Uart(UartRequest::Set(ConfigSet { address, value })),
-        ] {
-            assert!(answered.needs_answer(), "{answered:?}");
-        }
-        for silent in [
-            received(0x000),
-            received(0x080),
-            received(0x5FF),
-            received(0x680),
-            received(0x7E5),
-            Input::Uart(UartRequest::Nmt(NmtRequest(NmtCommand::ResetNode))),
-            Input::UartLost(1),
-            Input::Stored(Ok(())),
-        ] {
-            assert!(!silent.needs_answer(), "{silent:?}");
-        }
+    /// Sends one message; returns the number of frames dropped for it.
+    fn push_uart(ports: &Ports, lane: Lane, sequence: u16, message: Message) -> u32 {
+        let mut outbox = Outbox::default();
+        outbox.push_uart(lane, sequence, &message);
+        ports.send(&outbox).uart
     }
 
     fn contact(ports: &Ports, sequence: u16) -> u32 {
-        ports.push_uart(Lane::Estimate, sequence, &Message::Contact(ContactMessage::default()))
+        push_uart(ports, Lane::Estimate, sequence, Message::Contact(ContactMessage::default()))
     }
 
     fn line(ports: &Ports, sequence: u16, length: usize) {
         let text = "x".repeat(length);
-        ports.push_uart(Lane::Answer, sequence, &Message::Log(LogMessage::new(1, &text)));
+        push_uart(ports, Lane::Answer, sequence, Message::Log(LogMessage::new(1, &text)));
     }
 
     /// Sequence numbers and length of the next batch.
@@ -703,9 +602,9 @@ mod tests {
         for tick in 0..400_u64 {
             let start = tick * MILLISECOND;
             dropped += contact(&ports, 0);
-            ports.push_uart(Lane::Stream, 0, &raw);
+            push_uart(&ports, Lane::Stream, 0, raw);
             if tick.is_multiple_of(10) {
-                ports.push_uart(Lane::Stream, 0, &health);
+                push_uart(&ports, Lane::Stream, 0, health);
             }
             if tick % 100 % 37 == 10 {
                 line(&ports, 0, response);

@@ -1,8 +1,8 @@
 //! The sampling loop: each tick it waits for the following data-ready edge, reads one burst, and checks the sensor's
 //! health.
 //!
-//! [`sample`] runs a foot on a board. [`run`] starts the sensor, waits for each tick and measures; [`Foot::tick`] does
-//! the rest. `watch` decides from the previous ticks whether a sample is trusted.
+//! [`run`] starts the sensor, waits for each tick and measures, and hands each measurement on. It knows nothing of the
+//! foot. `watch` decides from the previous ticks whether a sample is trusted.
 //!
 //! [`run`] never misses a tick because of the sensor. Initialising the sensor takes 100 ms of waiting, and both run
 //! concurrently: every tick is served with "no sample", and the initialisation continues between the ticks. They never
@@ -25,6 +25,10 @@
 //! - a register that is read correctly only at the second attempt;
 //! - a status that no part sends.
 //!
+//! A board with wires of unknown quality starts below the speed for which it is made. At each start of the sensor the next
+//! faster speed is tried before the first sample: every register of the configuration is read back [`TRIALS`] times. A
+//! speed with a wrong reading, and one that was halved, is not tried again.
+//!
 //! **Lost edges.** If edges are missing but samples are new, the fault is in the line of the edges. Samples are then
 //! read at the end of the wait for an edge, and this is reported, until edges have come for a second again. Reading by
 //! the timer begins:
@@ -46,7 +50,6 @@
 mod watch;
 
 use core::future::poll_fn;
-use core::mem::discriminant;
 use core::pin::pin;
 use core::task::Poll;
 
@@ -56,10 +59,6 @@ use lsm6dsox::asynch::{BOOT_MICROS, Lsm6dsox};
 use lsm6dsox::{AsyncBus, BusSpeed, Config, Error, RawSample, SelfTest, SetBusSpeed, imu};
 use wire::Fault;
 
-use crate::board::Board;
-use crate::foot::Foot;
-use crate::ports::{BusState, Input, Mailboxes, Ports};
-use crate::supervision::Cost;
 use watch::{SampleIssue, Watch};
 
 pub use watch::{FROZEN_REPEATS, ReadAt, SATURATED_TICKS};
@@ -79,6 +78,12 @@ const BACK_OFF_TICKS: (u32, u32) = (10, 1000);
 
 /// Errors of the bus after which its clock is halved. The sensor's data line may be too slow for the clock.
 const SLOW_AFTER: u32 = 3;
+
+/// Number of times that all registers are read back at a faster clock of the bus before it is used.
+const TRIALS: u32 = 32;
+
+/// Wait before each of them, µs.
+const TRIAL_MICROS: u32 = 1_000;
 
 /// Index of the last register of the configuration: a data rate.
 const LAST_WRITE: usize = Config::WRITES - 1;
@@ -121,42 +126,6 @@ pub trait Ticks {
     fn next(&mut self) -> impl Future<Output = Tick>;
 }
 
-/// Runs a foot on a board forever: each tick and the sensor, with its self-test if the settings request it.
-pub async fn sample<BUS: AsyncBus + SetBusSpeed>(
-    sensor: Sensor<BUS>,
-    delay: impl DelayNs,
-    ticks: impl Ticks,
-    foot: &mut Foot,
-    board: &impl Board,
-    ports: &Ports<impl Mailboxes>,
-) -> ! {
-    let self_test = foot.settings().self_test();
-    let mut bus = BusState::Active;
-    let mut node_id = 0;
-    run(sensor, delay, ticks, self_test, |tick, measurement| {
-        board.begin_tick();
-        foot.tick(tick, measurement, board.load_reading(), ports);
-        // The foot takes the state on its next tick, which is soon enough: bus-off lasts at least 1.4 ms. A change of
-        // the error counters alone is not reported.
-        let state = board.bus_state();
-        if discriminant(&state) != discriminant(&bus) && ports.try_put(Input::Bus(state)) {
-            bus = state;
-        }
-        if foot.node_id() != node_id {
-            node_id = foot.node_id();
-            board.listen_as(node_id);
-        }
-        ports.light.show(foot.stage(), foot.faults());
-        board.end_tick();
-        // Ticks without a sample may be long, because the sensor starts or its burst hangs.
-        if measurement.raw.is_some() {
-            ports.costs.raise_to(Cost::Mailbox, board.micros_to_mailbox());
-            ports.costs.raise_to(Cost::Work, board.micros_since_edge(tick));
-        }
-    })
-    .await
-}
-
 /// Runs the sensor forever. Starts it, with its self-test if `self_test` is set, and reads it each tick. Restarts it
 /// after a fault, after waits that double from 10 ms to 1 s. `each` is called with every tick and its measurement.
 pub async fn run<BUS: AsyncBus + SetBusSpeed>(
@@ -171,14 +140,15 @@ pub async fn run<BUS: AsyncBus + SetBusSpeed>(
     loop {
         // Starts the sensor, and tests it once. Each tick meanwhile is served without a sample.
         let (activity, counts) = (sensor.activity, sensor.counts());
-        let mut started = alongside(sensor.start(&mut delay), &mut ticks, |tick| {
-            each(tick, &Sensor::<BUS>::absent(tick, activity, counts));
+        let start = sensor.start(&mut delay);
+        let mut started = alongside(start, &mut ticks, |tick| {
+            each(tick, &Measurement::absent(tick, activity, counts));
         })
         .await;
         if self_test && let Ok(lost) = started {
-            let tested = alongside(sensor.self_test(&mut delay), &mut ticks, |tick| {
-                let absent = Sensor::<BUS>::absent(tick, Activity::SelfTest, counts);
-                each(tick, &absent);
+            let test = sensor.self_test(&mut delay);
+            let tested = alongside(test, &mut ticks, |tick| {
+                each(tick, &Measurement::absent(tick, Activity::SelfTest, counts));
             })
             .await;
             self_test = tested.is_err();
@@ -229,15 +199,15 @@ pub async fn run<BUS: AsyncBus + SetBusSpeed>(
         sensor.activity = Activity::Recovering;
         for _ in 0..wait {
             let tick = ticks.next().await;
-            let mut absent = Sensor::<BUS>::absent(&tick, Activity::Recovering, sensor.counts());
-            absent.fault = unreported.take();
+            let absent = Measurement::absent(&tick, Activity::Recovering, sensor.counts());
+            let absent = Measurement { fault: unreported.take(), ..absent };
             each(&tick, &absent);
         }
         sensor.restarts = sensor.restarts.wrapping_add(1);
     }
 }
 
-/// Serves ticks until `work` is done, and completes the tick in which that happens.
+/// Serves ticks without samples until `work` is done, and completes the tick in which that happens.
 async fn alongside<T>(
     work: impl Future<Output = T>,
     ticks: &mut impl Ticks,
@@ -300,6 +270,22 @@ pub struct Measurement {
     pub misreads: u32,
 }
 
+impl Measurement {
+    /// Measurement of a tick without a sample.
+    fn absent(tick: &Tick, activity: Activity, counts: Counts) -> Self {
+        Self {
+            sample: imu::missing_sample(tick.time),
+            raw: None,
+            activity,
+            fault: None,
+            saturated_for_long: false,
+            read_at: ReadAt::Edge,
+            restarts: counts.restarts,
+            misreads: counts.misreads,
+        }
+    }
+}
+
 /// Counts since the start of the program, for a tick in which the sensor itself is in use.
 #[derive(Clone, Copy, Debug)]
 struct Counts {
@@ -339,6 +325,8 @@ pub struct Sensor<BUS> {
     misreads: u32,
     /// Speed of the bus.
     speed: BusSpeed,
+    /// Fastest speed that may be tried.
+    fastest: BusSpeed,
     /// Errors of the bus that count for its speed.
     bus_errors: u32,
     /// [`Watch::turn`] of the last of them.
@@ -360,6 +348,7 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
             restarts: 0,
             misreads: 0,
             speed: BusSpeed::Full,
+            fastest: BusSpeed::Full,
             bus_errors: 0,
             error_turn: 0,
             found: None,
@@ -374,10 +363,10 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
         Self { accelerometer_range: range, ..self }
     }
 
-    /// Sets the speed at which the bus has been started.
+    /// Sets the speed at which the bus has been started, and the fastest that may be tried.
     #[must_use]
-    pub fn with_bus_speed(self, speed: BusSpeed) -> Self {
-        Self { speed, ..self }
+    pub fn with_bus_speeds(self, speed: BusSpeed, fastest: BusSpeed) -> Self {
+        Self { speed, fastest, ..self }
     }
 
     /// Counts a misread, or a start that failed because of one. [`SLOW_AFTER`] of them, each within a second of the
@@ -388,9 +377,34 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
         self.error_turn = self.watch.turn;
         if self.bus_errors >= SLOW_AFTER {
             self.bus_errors = 0;
-            self.speed = self.speed.slower();
-            self.driver.bus().set_bus_speed(self.speed);
+            self.fastest = self.speed.slower();
+            self.set_speed(self.fastest);
         }
+    }
+
+    fn set_speed(&mut self, speed: BusSpeed) {
+        self.speed = speed;
+        self.driver.bus().set_bus_speed(speed);
+    }
+
+    /// Tries faster speeds of the bus, up to the fastest that may be tried. Returns whether a speed had a wrong reading:
+    /// the sensor must then be started again, because a reading may have arrived as a write.
+    async fn raise_speed(&mut self, delay: &mut impl DelayNs) -> bool {
+        while self.speed < self.fastest {
+            let proven = self.speed;
+            self.set_speed(proven.faster());
+            for _ in 0..TRIALS {
+                // The ticks go on: reading all registers takes half a millisecond.
+                delay.delay_us(TRIAL_MICROS).await;
+                let identity = self.driver.check_identity().await;
+                if identity.is_err() || self.driver.verify().await.is_err() {
+                    self.fastest = proven;
+                    self.set_speed(proven);
+                    return true;
+                }
+            }
+        }
+        false
     }
 
     /// Reads the sample of a tick.
@@ -450,20 +464,6 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
         Counts { restarts: self.restarts, misreads: self.misreads }
     }
 
-    /// Measurement of a tick without a sample.
-    fn absent(tick: &Tick, activity: Activity, counts: Counts) -> Measurement {
-        Measurement {
-            sample: imu::missing_sample(tick.time),
-            raw: None,
-            activity,
-            fault: None,
-            saturated_for_long: false,
-            read_at: ReadAt::Edge,
-            restarts: counts.restarts,
-            misreads: counts.misreads,
-        }
-    }
-
     /// Starts the sensor. Returns [`Fault::SensorReset`] if it had lost its settings.
     async fn start(
         &mut self,
@@ -479,7 +479,10 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
             }
         }
         self.found = None;
-        let result = self.driver.init(delay).await;
+        let mut result = self.driver.init(delay).await;
+        if result.is_ok() && self.raise_speed(delay).await {
+            result = self.driver.init(delay).await;
+        }
         result.map_err(|error| self.fault_of(&error))?;
         self.watch.restart();
         Ok(lost)
@@ -598,7 +601,29 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
 
 #[cfg(test)]
 mod tests {
+    use core::task::{Context, Waker};
+
+    use lsm6dsox::sim::{Part, PartOptions, Stimulus};
+
     use super::*;
+
+    #[test]
+    fn bus_is_raised_to_the_fastest_speed_that_reads_right() {
+        // Data of the part, ns after the clock's edge. Half a period is 200 ns at half of the speed, and 400 at a quarter.
+        for (sdo_delay_ns, speed) in [(25, BusSpeed::Half), (300, BusSpeed::Quarter)] {
+            let options = PartOptions { sdo_delay_ns, ..PartOptions::DEFAULT };
+            let part = Part::with_options(|_: f64| Stimulus::REST, options).shared();
+            let mut spi = part.spi();
+            spi.set_bus_speed(BusSpeed::Quarter);
+            let mut sensor = Sensor::new(spi, Config::FRESH_KILOHERTZ)
+                .with_bus_speeds(BusSpeed::Quarter, BusSpeed::Half);
+            let mut delay = part.delay();
+            let mut context = Context::from_waker(Waker::noop());
+            let started = pin!(sensor.start(&mut delay)).poll(&mut context);
+            assert_eq!(started, Poll::Ready(Ok(None)));
+            assert_eq!((sensor.speed, sensor.fastest), (speed, speed), "{sdo_delay_ns} ns");
+        }
+    }
 
     #[test]
     fn each_axis_that_fails_the_self_test_sets_its_bit() {

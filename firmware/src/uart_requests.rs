@@ -4,10 +4,9 @@
 //! on. [`answer`] runs in the tick that handles the request. It follows the rules of the object dictionary, as over
 //! SDO.
 
+use wire::node::Published;
 use wire::uart::{Answer, ConfigGet, ConfigResponse, ConfigSet, Decoder, Message, NmtRequest};
 use wire::{AbortCode, Address, Event, Node};
-
-use crate::ports::{Input, Mailboxes, Ports};
 
 /// Decoder of requests from the bytes of the UART.
 #[derive(Clone, Debug, Default)]
@@ -26,39 +25,26 @@ impl UartReceiver {
     }
 
     /// Takes a byte. Returns a request at the request's last byte.
-    pub fn push(&mut self, byte: u8) -> Option<Input> {
+    pub fn push(&mut self, byte: u8) -> Option<UartRequest> {
         let frame = self.decoder.push(byte)?.ok()?;
-        let request = match frame.message {
-            Message::ConfigGet(get) => UartRequest::Get(get),
-            Message::ConfigSet(set) => UartRequest::Set(set),
-            Message::Nmt(request) => UartRequest::Nmt(request),
+        match frame.message {
+            Message::ConfigGet(get) => Some(UartRequest::Get(get)),
+            Message::ConfigSet(set) => Some(UartRequest::Set(set)),
+            Message::Nmt(request) => Some(UartRequest::Nmt(request)),
             _ => {
                 self.unexpected = self.unexpected.wrapping_add(1);
-                return None;
+                None
             }
-        };
-        Some(Input::Uart(request))
-    }
-
-    /// Passes the requests in some bytes to the foot, and the number of rejected frames.
-    pub async fn pass(&mut self, bytes: &[u8], ports: &Ports<impl Mailboxes>) {
-        for byte in bytes {
-            if let Some(request) = self.push(*byte) {
-                ports.put(request).await;
-            }
-        }
-        if let Some(refused) = self.refused() {
-            ports.put(refused).await;
         }
     }
 
     /// Frames rejected since the last call, if any. Call it once for each piece of bytes, so that a flood of garbage
     /// does not cause a flood of reports.
-    pub fn refused(&mut self) -> Option<Input> {
+    pub fn refused(&mut self) -> Option<u32> {
         let refused = self.decoder.drops().refused().wrapping_add(self.unexpected);
         let new = refused.wrapping_sub(self.reported);
         self.reported = refused;
-        (new > 0).then_some(Input::UartRefused(new))
+        (new > 0).then_some(new)
     }
 }
 
@@ -80,43 +66,34 @@ pub struct UartReply {
     pub response: Option<ConfigResponse>,
     /// Event for the foot.
     pub event: Option<Event>,
-    /// Requested object.
-    pub address: Option<Address>,
 }
 
 /// Executes a request over UART.
-pub fn answer(node: &mut Node, request: &UartRequest) -> UartReply {
+pub fn answer(node: &mut Node, request: &UartRequest, published: &mut Published) -> UartReply {
     match request {
         UartRequest::Get(get) => {
-            let answer = match node.read(get.address) {
+            let answer = match node.read(get.address, published) {
                 Ok(value) => Answer::Value(value.into()),
                 Err(code) => Answer::Refused(code),
             };
-            UartReply {
-                response: Some(respond(get.address, answer)),
-                event: None,
-                address: Some(get.address),
-            }
+            UartReply { response: Some(respond(get.address, answer)), event: None }
         }
         UartRequest::Set(set) => {
-            let (answer, event) = match node.write(set.address, set.value.as_bytes()) {
+            let written = node.write(set.address, set.value.as_bytes(), published);
+            let (answer, event) = match written {
                 Ok(event) if event.is_some_and(Event::is_answered_later) => (None, event),
                 Ok(event) => (Some(Answer::Done), event),
                 Err(code) => (Some(Answer::Refused(code)), None),
             };
-            UartReply {
-                response: answer.map(|answer| respond(set.address, answer)),
-                event,
-                address: Some(set.address),
-            }
+            UartReply { response: answer.map(|answer| respond(set.address, answer)), event }
         }
         UartRequest::Nmt(NmtRequest(command)) => {
-            UartReply { response: None, event: node.command(*command), address: None }
+            UartReply { response: None, event: node.command(*command) }
         }
     }
 }
 
-/// Response to a store or a restore that was requested at `address`.
+/// Response to a request at `address` that was [answered later](Event::is_answered_later).
 #[must_use]
 pub fn finished(address: Address, result: Result<(), AbortCode>) -> ConfigResponse {
     let answer = match result {
@@ -140,7 +117,7 @@ mod tests {
 
     const GET: ConfigGet = ConfigGet { address: Address::new(0x2010, 0) };
 
-    fn pushed(receiver: &mut UartReceiver, bytes: &[u8]) -> Vec<Input> {
+    fn pushed(receiver: &mut UartReceiver, bytes: &[u8]) -> Vec<UartRequest> {
         bytes.iter().filter_map(|byte| receiver.push(*byte)).collect()
     }
 
@@ -150,8 +127,8 @@ mod tests {
         let contact = Message::Contact(ContactMessage::default());
         let bytes = [encode(0, &contact), encode(1, &Message::ConfigGet(GET))];
         let bytes: Vec<u8> = bytes.iter().flat_map(|b| b.as_bytes().to_vec()).collect();
-        assert_eq!(pushed(&mut receiver, &bytes), [Input::Uart(UartRequest::Get(GET))]);
-        assert_eq!(receiver.refused(), Some(Input::UartRefused(1)));
+        assert_eq!(pushed(&mut receiver, &bytes), [UartRequest::Get(GET)]);
+        assert_eq!(receiver.refused(), Some(1));
         assert_eq!(receiver.refused(), None);
     }
 
@@ -161,9 +138,9 @@ mod tests {
         let mut damaged = encode(0, &Message::ConfigGet(GET)).as_bytes().to_vec();
         damaged[6] ^= 1;
         assert_eq!(pushed(&mut receiver, &damaged), []);
-        assert_eq!(receiver.refused(), Some(Input::UartRefused(1)));
+        assert_eq!(receiver.refused(), Some(1));
         let sound = encode(1, &Message::ConfigGet(GET));
-        assert_eq!(pushed(&mut receiver, sound.as_bytes()), [Input::Uart(UartRequest::Get(GET))]);
+        assert_eq!(pushed(&mut receiver, sound.as_bytes()), [UartRequest::Get(GET)]);
     }
 
     #[test]
@@ -177,7 +154,7 @@ mod tests {
         ] {
             let frame = encode(0, &message);
             let inputs = pushed(&mut UartReceiver::new(), frame.as_bytes());
-            assert_eq!(inputs, [Input::Uart(request)]);
+            assert_eq!(inputs, [request]);
         }
     }
 }

@@ -106,6 +106,15 @@ impl BusSpeed {
         }
     }
 
+    /// The next faster speed, or the fastest.
+    #[must_use]
+    pub const fn faster(self) -> Self {
+        match self {
+            Self::Quarter => Self::Half,
+            Self::Half | Self::Full => Self::Full,
+        }
+    }
+
     /// The next slower speed, or the slowest.
     #[must_use]
     pub const fn slower(self) -> Self {

@@ -4,18 +4,23 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use estimator_core::{ContactEstimate, Learnt, Timestamp};
-use wire::node::NmtState;
-use wire::{BootCause, CanFrame, Counters, Event, Node, Settings};
+use estimator_core::{Learnt, Timestamp};
+use wire::node::{Finished, NmtState, Published};
+use wire::{BootCause, CanFrame, Event, Node, Settings};
 
 const NOW: Timestamp = Timestamp::from_micros(5_000_000);
 
-/// A foot with default settings that has walked for a while.
+/// A foot with default settings.
 fn foot() -> Node {
     let mut node = Node::new(Settings::default(), 0xC0FFEE);
     node.boot(BootCause::PowerUp);
-    node.set_learnt(Learnt::from_array([-1.0, 2.0, -4.5, 4.0, 3.0]));
     node
+}
+
+/// Values of a foot that has walked for a while.
+fn walked() -> Published {
+    let learnt = Learnt::from_array([-1.0, 2.0, -4.5, 4.0, 3.0]);
+    Published { learnt, ..Published::default() }
 }
 
 /// Frame in `cansend`'s notation, and its comment.
@@ -43,14 +48,18 @@ fn announced<'a>(comment: &'a str, words: &str) -> Option<&'a str> {
 
 /// Sends the commands of a block; the node's response must be that of the comment.
 fn run(node: &mut Node, block: &str) {
+    let mut published = walked();
     for line in block.lines() {
         let Some((frame, comment)) = command(line) else {
             continue;
         };
-        let outcome = node.receive(&frame, NOW);
+        let outcome = node.receive(&frame, NOW, &mut published);
         let answer = match outcome.event {
             Some(Event::ResetCommunication) => node.boot(BootCause::Commanded),
-            _ => outcome.reply.or_else(|| node.finish(Ok(()))),
+            _ => outcome.reply.or_else(|| match node.finish(Ok(())) {
+                Some(Finished::Can(frame)) => Some(frame),
+                _ => None,
+            }),
         };
         let expected =
             announced(comment, "the answer is ").or_else(|| announced(comment, "boots as "));
@@ -96,8 +105,7 @@ fn a_foot_gets_another_id_over_sdo() {
     let block = blocks.iter().find(|block| block.contains("0x2000 = 2"));
     run(&mut node, block.expect("the block is there"));
     let mut first = None;
-    let estimate = ContactEstimate::default();
-    node.tick(&estimate, 25.0, &Counters::default(), |frame| {
+    node.tick(&walked(), |_, frame| {
         first.get_or_insert(frame.id());
     });
     assert_eq!(first, Some(0x192));

@@ -4,8 +4,9 @@ use std::convert::Infallible;
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use estimator_core::{ImuSample, ParamsError, Timestamp};
+use firmware::exchange::Exchange;
 use firmware::sampling::{Activity, Measurement, ReadAt, Tick};
-use firmware::{Foot, Ports, Start};
+use firmware::{Foot, Ports, Start, tasks};
 use gait::control::LOAD_OVER_CAN;
 use lsm6dsox::RawSample;
 use wire::dictionary::index;
@@ -87,7 +88,8 @@ impl SimulatedProgram {
     /// Runs the program for the millisecond that begins at `time`; the data-ready edge is at the time of the sample.
     pub(crate) fn tick(&mut self, time: Timestamp, measurement: &Measurement) {
         let tick = Tick { time, edge: Some(measurement.sample.timestamp), ..Tick::default() };
-        self.foot.tick(&tick, measurement, None, &self.ports);
+        let exchange = &mut Exchange::new();
+        tasks::run_tick(&mut self.foot, &self.ports, exchange, &tick, measurement, None);
     }
 
     /// Takes the pending frames for the bus.

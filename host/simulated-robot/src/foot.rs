@@ -2,9 +2,8 @@
 
 use estimator_core::{Timestamp, Validity};
 use firmware::Start;
-use firmware::ports::Input;
+use firmware::exchange::{Input, Reloaded, Request};
 use firmware::sampling::{Activity, Measurement, SensorFault};
-use firmware::thread::{Reloaded, Request};
 use firmware::uart_requests::UartReceiver;
 use gait::control::MOST_FEET;
 use gait::{EndlessRounds, Walked};
@@ -113,11 +112,11 @@ impl SimulatedFoot {
     pub(crate) fn receive_serial(&mut self, bytes: &[u8]) {
         for byte in bytes {
             if let Some(request) = self.receiver.push(*byte) {
-                self.put(request, Input::UartRefused(1));
+                self.put(Input::Uart(request), Input::UartRefused(1));
             }
         }
         if let Some(refused) = self.receiver.refused() {
-            self.put(refused, Input::UartRefused(1));
+            self.put(Input::UartRefused(refused), Input::UartRefused(1));
         }
     }
 

@@ -6,7 +6,7 @@
 use estimator_core::{ContactEstimate, ParamsError, Timestamp};
 use feet::decode::can_log::Logged;
 use feet::link::clock::since_2021;
-use firmware::ports::Input;
+use firmware::exchange::Input;
 use firmware::sampling::Measurement;
 use gait::Simulation;
 use gait::control::load_frame;

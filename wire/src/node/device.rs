@@ -3,7 +3,7 @@
 use canopen_rs::NmtState;
 use canopen_rs::time::TimeOfDay;
 use estimator_core::any::Method;
-use estimator_core::{Learning, Learnt, Timestamp, VelocitySigma};
+use estimator_core::{ContactEstimate, Learning, Learnt, Timestamp, VelocitySigma};
 use heapless::Deque;
 
 use super::{Calibration, Event};
@@ -20,28 +20,61 @@ use crate::sdo::{Objects, WriteOutcome};
 use crate::settings::Settings;
 use crate::value::Value;
 
+/// Values of the application behind the objects. The application owns them, and lends them to each call that reads or
+/// writes an object.
+#[derive(Clone, Debug)]
+pub struct Published {
+    /// Newest estimate.
+    pub estimate: ContactEstimate,
+    /// Temperature of the sensor, °C; NaN before the first sample.
+    pub temperature: f32,
+    /// Stage of the board.
+    pub stage: Stage,
+    /// Counters since the start.
+    pub counters: Counters,
+    /// Values learnt by the estimator. They may be as old as the last request: bring them up to date before
+    /// [`Node::receive`](super::Node::receive), [`read`](super::Node::read) and [`write`](super::Node::write).
+    pub learnt: Learnt,
+    /// Largest costs so far, under the same rule.
+    pub costs: Costs,
+    /// Name of the board.
+    pub hardware: &'static str,
+    /// The last crash.
+    pub crash: Option<Crash>,
+    /// Brown-out level at the start, 0 to 3.
+    pub brown_out_level: u8,
+    /// The running program.
+    pub program: Program,
+}
+
+impl Default for Published {
+    fn default() -> Self {
+        Self {
+            estimate: ContactEstimate::default(),
+            temperature: f32::NAN,
+            stage: Stage::Starting,
+            counters: Counters::default(),
+            learnt: Learnt::default(),
+            costs: Costs::default(),
+            hardware: "",
+            crash: None,
+            brown_out_level: 0,
+            program: Program::default(),
+        }
+    }
+}
+
 /// State behind the objects: everything of the node except its protocols.
 #[derive(Clone, Debug)]
 pub(super) struct Device {
     pub(super) id: Option<NodeId>,
     pub(super) serial: u32,
-    pub(super) hardware: &'static str,
     pub(super) settings: Settings,
     pub(super) state: NmtState,
     pub(super) faults: Faults,
     /// Emergencies, the newest first.
     pub(super) history: Deque<u32, ERROR_HISTORY>,
     pub(super) snapshot: Snapshot,
-    pub(super) stage: Stage,
-    pub(super) counters: Counters,
-    pub(super) crash: Option<Crash>,
-    /// Brown-out level at the start.
-    pub(super) brown_out_level: u8,
-    pub(super) program: Program,
-    /// Values learnt by the estimator.
-    pub(super) learnt: Learnt,
-    /// Largest costs so far.
-    pub(super) costs: Costs,
     /// Period of the ticks, µs.
     pub(super) tick_us: u16,
     pub(super) load: Option<Load>,
@@ -49,8 +82,27 @@ pub(super) struct Device {
     pub(super) load_age_us: u32,
     pub(super) time: Option<(TimeOfDay, Timestamp)>,
     pub(super) event: Option<Event>,
-    /// Whether an event that is answered later is pending. Another one is refused until then.
-    pub(super) has_pending_store: bool,
+    /// Requester of the event that is answered later and pending, if one is. Another one is refused until then.
+    pub(super) pending: Option<Requester>,
+}
+
+/// The objects: the state of the node, and the values that the application publishes.
+pub(super) struct DeviceObjects<'a> {
+    pub(super) device: &'a mut Device,
+    pub(super) published: &'a mut Published,
+}
+
+/// Requester of a store, a restore, a protection or a confirmation that is pending.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Requester {
+    /// The SDO client.
+    Sdo,
+    /// The LSS master.
+    Lss,
+    /// The application, which wrote this object.
+    Application(Address),
+    /// A master that has reset the communication since.
+    Gone,
 }
 
 /// Cause and location of the last crash, as kept in RAM.
@@ -120,37 +172,45 @@ impl Device {
         self.id.map_or(0, |id| u32::from(id.get()))
     }
 
+    pub(super) const fn take_load(&mut self, load: Load) {
+        self.load = Some(load);
+        self.load_age_us = 0;
+    }
+}
+
+impl DeviceObjects<'_> {
     fn live(&self, address: Address) -> Option<u32> {
         let part = usize::from(address.subindex).checked_sub(1);
+        let Self { device, published } = self;
         Some(match address.index {
-            index::ERROR_HISTORY => self.history.iter().nth(part?).copied().unwrap_or(0),
-            index::IDENTITY => self.serial,
-            index::STAGE => u32::from(self.stage.code()),
-            index::FAULTS => self.faults.bits(),
+            index::ERROR_HISTORY => device.history.iter().nth(part?).copied().unwrap_or(0),
+            index::IDENTITY => device.serial,
+            index::STAGE => u32::from(published.stage.code()),
+            index::FAULTS => device.faults.bits(),
             index::COUNTERS => {
-                (self.counters).get(part.and_then(|i| Counter::ALL.get(i).copied())?)
+                (published.counters).get(part.and_then(|i| Counter::ALL.get(i).copied())?)
             }
-            index::LAST_CRASH => match (self.crash, address.subindex) {
+            index::LAST_CRASH => match (published.crash, address.subindex) {
                 (Some(crash), 1) => u32::from(crash.fault.code()),
                 (Some(crash), _) => crash.program_counter,
                 (None, _) => 0,
             },
             index::VELOCITY_SIGMA => self.velocity_sigma().0.to_bits(),
-            index::SUPPLY => u32::from(self.brown_out_level),
+            index::SUPPLY => u32::from(published.brown_out_level),
             index::COSTS => u32::from(match address.subindex {
-                1 => self.costs.mailbox_us,
-                2 => self.costs.work_us,
-                3 => self.costs.stack_bytes,
-                4 => self.tick_us,
+                1 => published.costs.mailbox_us,
+                2 => published.costs.work_us,
+                3 => published.costs.stack_bytes,
+                4 => device.tick_us,
                 _ => return None,
             }),
-            index::SETTINGS_HASH => self.settings.hash(),
+            index::SETTINGS_HASH => device.settings.hash(),
             index::PROGRAM_ID => match address.subindex {
-                1 => self.program.identification,
-                _ => self.program.previous,
+                1 => published.program.identification,
+                _ => published.program.previous,
             },
-            index::FLASH_STATUS => self.program.flash_status,
-            index::TIME => match (self.time, address.subindex) {
+            index::FLASH_STATUS => published.program.flash_status,
+            index::TIME => match (device.time, address.subindex) {
                 (Some((time, _)), 1) => u32::from(time.days),
                 (Some((time, _)), 2) => time.milliseconds,
                 (Some((_, at)), _) => LongTime::from(at).0,
@@ -160,7 +220,7 @@ impl Device {
                 2 => u32::from(self.calibration().code()),
                 sub => {
                     let number = usize::from(sub).checked_sub(3)?;
-                    self.learnt.to_array().get(number)?.to_bits()
+                    published.learnt.to_array().get(number)?.to_bits()
                 }
             },
             _ => return None,
@@ -169,21 +229,16 @@ impl Device {
 
     /// Zero-velocity sigma of the newest estimate; the maximum while a fault voids it.
     fn velocity_sigma(&self) -> VelocitySigma {
-        if self.faults.void_estimate() {
+        if self.device.faults.void_estimate() {
             VelocitySigma::MOST
         } else {
-            self.snapshot.estimate.velocity_sigma
+            self.published.estimate.velocity_sigma
         }
     }
 
-    pub(super) const fn take_load(&mut self, load: Load) {
-        self.load = Some(load);
-        self.load_age_us = 0;
-    }
-
     fn calibration(&self) -> CalibrationState {
-        match (self.settings.method(), self.settings.learning()) {
-            (Method::SelfCalibrating, Learning::On) if self.learnt.is_settled() => {
+        match (self.device.settings.method(), self.device.settings.learning()) {
+            (Method::SelfCalibrating, Learning::On) if self.published.learnt.is_settled() => {
                 CalibrationState::Settled
             }
             (Method::SelfCalibrating, Learning::On) => CalibrationState::Settling,
@@ -194,10 +249,10 @@ impl Device {
     /// Checks whether a setting may be written: in pre-operational state, or (over UART) while there is no node id.
     /// While the lock is set, only the lock itself may be written.
     fn may_be_changed(&self, index: u16) -> Result<(), AbortCode> {
-        if self.state != NmtState::PreOperational && self.id.is_some() {
+        if self.device.state != NmtState::PreOperational && self.device.id.is_some() {
             return Err(AbortCode::DeviceState);
         }
-        if self.settings.is_locked() && index != index::LOCK {
+        if self.device.settings.is_locked() && index != index::LOCK {
             return Err(AbortCode::Locked);
         }
         Ok(())
@@ -210,47 +265,47 @@ impl Device {
         value: Value,
     ) -> Result<(), AbortCode> {
         self.may_be_changed(address.index)?;
-        self.settings.set(address, value)?;
+        self.device.settings.set(address, value)?;
         if address.index == index::LEARNT {
             self.restart_learning();
         }
-        self.event = Some(Event::Changed { address, concern });
+        self.device.event = Some(Event::Changed { address, concern });
         Ok(())
     }
 
     /// Resets the learnt values to those of the settings, until new ones are published.
     fn restart_learning(&mut self) {
-        self.learnt = self.settings.learnt().unwrap_or_default();
+        self.published.learnt = self.device.settings.learnt().unwrap_or_default();
     }
 
     fn run_command(&mut self, address: Address, value: Value) -> Result<WriteOutcome, AbortCode> {
         match (address.index, value) {
             (index::ERROR_HISTORY, Value::U8(1..)) => Err(AbortCode::InvalidValue),
             (index::ERROR_HISTORY, _) => {
-                self.history.clear();
+                self.device.history.clear();
                 Ok(WriteOutcome::Done)
             }
             (index::STORE, Value::U32(SIGNATURE_STORE))
             | (index::RESTORE, Value::U32(SIGNATURE_RESTORE))
             | (index::SUPPLY, Value::U32(SIGNATURE_BROWN_OUT))
-                if self.has_pending_store =>
+                if self.device.pending.is_some() =>
             {
                 Err(AbortCode::Hardware)
             }
             (index::STORE, Value::U32(SIGNATURE_STORE)) => {
-                self.event = Some(Event::Store);
+                self.device.event = Some(Event::Store);
                 Ok(WriteOutcome::Pending)
             }
-            (index::RESTORE, Value::U32(SIGNATURE_RESTORE)) if self.settings.is_locked() => {
+            (index::RESTORE, Value::U32(SIGNATURE_RESTORE)) if self.device.settings.is_locked() => {
                 Err(AbortCode::Locked)
             }
             (index::RESTORE, Value::U32(SIGNATURE_RESTORE)) => {
-                self.event = Some(Event::Restore);
+                self.device.event = Some(Event::Restore);
                 Ok(WriteOutcome::Pending)
             }
             (index::SUPPLY, Value::U32(SIGNATURE_BROWN_OUT)) => {
                 self.may_be_changed(address.index)?;
-                self.event = Some(Event::ProtectSupply);
+                self.device.event = Some(Event::ProtectSupply);
                 Ok(WriteOutcome::Pending)
             }
             (index::STORE | index::RESTORE | index::SUPPLY, _) => Err(AbortCode::CannotStore),
@@ -258,18 +313,22 @@ impl Device {
             (index::CALIBRATION, Value::U8(command)) => {
                 self.may_be_changed(address.index)?;
                 let command = match command {
-                    1 if !self.learnt.is_settled() => return Err(AbortCode::InvalidValue),
+                    1 if !self.published.learnt.is_settled() => {
+                        return Err(AbortCode::InvalidValue);
+                    }
                     1 => Calibration::Keep,
                     _ => Calibration::Forget,
                 };
                 match command {
-                    Calibration::Keep => self.settings.set_learnt(Some(self.learnt))?,
+                    Calibration::Keep => {
+                        self.device.settings.set_learnt(Some(self.published.learnt))?
+                    }
                     Calibration::Forget => {
-                        self.settings.set_learnt(None)?;
+                        self.device.settings.set_learnt(None)?;
                         self.restart_learning();
                     }
                 }
-                self.event = Some(Event::Calibration(command));
+                self.device.event = Some(Event::Calibration(command));
                 Ok(WriteOutcome::Done)
             }
             _ => Err(AbortCode::ReadOnly),
@@ -279,20 +338,20 @@ impl Device {
     /// Executes a command of CiA 302-3 to the running program.
     fn control_program(&mut self, command: u8) -> Result<WriteOutcome, AbortCode> {
         match command {
-            0 | 0x80 if self.has_pending_store => return Err(AbortCode::Hardware),
+            0 | 0x80 if self.device.pending.is_some() => return Err(AbortCode::Hardware),
             // The bootloader answers, so that it is ready for the master's next request.
             0 => {
                 self.may_be_changed(index::PROGRAM_CONTROL)?;
-                self.event = Some(Event::StopProgram);
+                self.device.event = Some(Event::StopProgram);
                 return Ok(WriteOutcome::Pending);
             }
             // Start: the program already runs.
             1 => {}
-            2 => self.event = Some(Event::ResetNode),
+            2 => self.device.event = Some(Event::ResetNode),
             // Only the bootloader clears, while the program does not run.
             3 => return Err(AbortCode::DeviceState),
             0x80 => {
-                self.event = Some(Event::ConfirmProgram);
+                self.device.event = Some(Event::ConfirmProgram);
                 return Ok(WriteOutcome::Pending);
             }
             _ => return Err(AbortCode::InvalidValue),
@@ -301,7 +360,7 @@ impl Device {
     }
 }
 
-impl Objects for Device {
+impl Objects for DeviceObjects<'_> {
     fn read(&mut self, address: Address) -> Result<Value, AbortCode> {
         let entry = match dictionary::find(address)? {
             Place::Highest(highest) => return Ok(Value::U8(highest)),
@@ -311,22 +370,26 @@ impl Objects for Device {
             Place::Entry(entry, _) => entry,
         };
         let raw = match (entry.role, address.index) {
-            (_, index::ERROR_REGISTER) => u32::from(self.faults.register()),
+            (_, index::ERROR_REGISTER) => u32::from(self.device.faults.register()),
             (Role::Constant, _) => return Ok(entry.default),
-            (_, index::HARDWARE_VERSION) => return Ok(Value::Text(self.hardware)),
+            (_, index::HARDWARE_VERSION) => return Ok(Value::Text(self.published.hardware)),
             (Role::Setting(_), _) => {
-                return self.settings.get(address).ok_or(AbortCode::NoObject);
+                return self.device.settings.get(address).ok_or(AbortCode::NoObject);
             }
-            (Role::CobId, _) => entry.default.to_raw().wrapping_add(self.id()),
+            (Role::CobId, _) => entry.default.to_raw().wrapping_add(self.device.id()),
             (Role::PdoCobId, _) => self
+                .device
                 .settings
                 .get(address)
                 .ok_or(AbortCode::NoObject)?
                 .to_raw()
-                .wrapping_add(self.id()),
-            (Role::Process, _) => self.snapshot.value(address).ok_or(AbortCode::NoObject)?,
-            (Role::Input, _) => self.load.map_or(f32::NAN, |load| load.0).to_bits(),
-            (Role::Command, index::ERROR_HISTORY) => self.history.len() as u32,
+                .wrapping_add(self.device.id()),
+            (Role::Process, _) => {
+                let value = self.device.snapshot.value(address, &self.published.estimate);
+                value.ok_or(AbortCode::NoObject)?
+            }
+            (Role::Input, _) => self.device.load.map_or(f32::NAN, |load| load.0).to_bits(),
+            (Role::Command, index::ERROR_HISTORY) => self.device.history.len() as u32,
             (Role::Command, _) => return Ok(entry.default),
             (Role::Live, _) => self.live(address).ok_or(AbortCode::NoObject)?,
         };
@@ -350,14 +413,14 @@ impl Objects for Device {
         match entry.role {
             Role::Setting(concern) => self.write_setting(address, concern, value)?,
             Role::PdoCobId => {
-                let id = value.to_raw().wrapping_sub(self.id());
+                let id = value.to_raw().wrapping_sub(self.device.id());
                 self.write_setting(address, Concern::Stream, Value::U32(id))?;
             }
             Role::Input => {
                 entry.limits().check(value)?;
                 if let Value::F32(load) = value {
-                    self.take_load(Load(load));
-                    self.event = Some(Event::Load(Load(load)));
+                    self.device.take_load(Load(load));
+                    self.device.event = Some(Event::Load(Load(load)));
                 }
             }
             Role::Command => {

@@ -77,7 +77,7 @@ impl Lss {
                 // 1: not supported. The bit rate is a setting (0x2002).
                 LSS_CONFIGURE_BIT_TIMING => return refused(1, 0),
                 // 2: the storage medium cannot be accessed, because another store is pending.
-                LSS_STORE if device.has_pending_store => return refused(2, 0),
+                LSS_STORE if device.pending.is_some() => return refused(2, 0),
                 LSS_STORE => return Outcome { reply: None, event: Some(Event::Store) },
                 _ => {}
             }

@@ -8,7 +8,8 @@
 //! - [`Node::receive`] with each received frame.
 //! - [`Node::tick`] each millisecond, or at the period given to [`Node::set_tick`].
 //!
-//! It acts on the events that these return. UART messages reach the same objects by [`Node::read`] and [`Node::write`],
+//! It acts on the events that these return. The estimate and all other values behind the objects are the
+//! application's: it lends them to the node as [`Published`]. UART messages reach the same objects by [`Node::read`] and [`Node::write`],
 //! under the same rules:
 //!
 //! - Settings are written only in pre-operational state, else the result is `0x0800_0022`. Over UART they can also be
@@ -17,7 +18,7 @@
 //! - A refused value changes nothing.
 //!
 //! This file has the node, its events, NMT, the timing of its frames, and its faults. `device` has the state behind the
-//! objects, with the values that the application publishes, and the rules for reading and writing them. `lss` has the
+//! objects, the values that the application publishes, and the rules for reading and writing them. `lss` has the
 //! assignment of the node id.
 
 mod device;
@@ -26,14 +27,13 @@ mod lss;
 use canopen_rs::NmtStateMachine;
 use canopen_rs::nmt;
 use canopen_rs::time::TimeOfDay;
-use estimator_core::{ContactEstimate, Learnt, Timestamp};
+use estimator_core::Timestamp;
 use heapless::Deque;
 
-use device::Device;
+use device::{Device, DeviceObjects, Requester};
 use lss::{Lss, NODE_ID};
 
 use crate::abort::AbortCode;
-use crate::board::{Counters, Stage};
 use crate::dictionary::{Address, Concern};
 use crate::fault::{Emergency, Fault, Faults};
 use crate::foot::{NodeId, cob_id};
@@ -43,7 +43,7 @@ use crate::sdo::{self, Objects, SdoServer};
 use crate::settings::{LoadSource, Settings, Trigger};
 use crate::value::Value;
 
-pub use device::{CalibrationState, Costs, Crash, Program};
+pub use device::{CalibrationState, Costs, Crash, Program, Published};
 
 pub use canopen_rs::time::TimeOfDay as TimeStamp;
 pub use canopen_rs::{NmtCommand, NmtState};
@@ -55,8 +55,6 @@ pub struct Node {
     nmt: NmtStateMachine,
     lss: Lss,
     sdo: SdoServer,
-    /// Requester of the store that is pending, if one is.
-    pending_store: Option<Requester>,
     ticks: u32,
     /// Time since the last heartbeat, µs.
     heartbeat_age_us: u32,
@@ -160,13 +158,24 @@ pub struct Outcome {
     pub event: Option<Event>,
 }
 
-/// Requester of a store, a restore, a protection or a confirmation that is pending.
+/// Answer to a request that took longer than a tick: the result of [`Node::finish`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Finished {
+    /// Response to a master on the bus.
+    Can(CanFrame),
+    /// The application requested it by [`Node::write`] at this address, and answers it.
+    Written(Address),
+}
+
+/// Kind of a frame that [`Node::tick`] sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Requester {
-    /// The SDO client.
-    Sdo,
-    /// The LSS master.
-    Lss,
+pub enum Due {
+    /// Process data.
+    Pdo(Pdo),
+    /// Heartbeat.
+    Heartbeat,
+    /// Emergency message.
+    Emergency,
 }
 
 /// Period of the ticks unless the application sets another, µs.
@@ -182,29 +191,20 @@ impl Node {
             device: Device {
                 id,
                 serial,
-                hardware: "",
                 settings,
                 state: NmtState::Initialising,
                 faults: Faults::NONE,
                 history: Deque::new(),
                 snapshot: Snapshot::default(),
-                stage: Stage::Starting,
-                counters: Counters::default(),
-                crash: None,
-                brown_out_level: 0,
-                program: Program::default(),
-                learnt: Learnt::default(),
-                costs: Costs::default(),
                 tick_us: TICK_US,
                 load: None,
                 load_age_us: 0,
                 time: None,
                 event: None,
-                has_pending_store: false,
+                pending: None,
             },
             nmt: NmtStateMachine::new(),
             sdo: SdoServer::new(),
-            pending_store: None,
             ticks: 0,
             heartbeat_age_us: 0,
             syncs: 0,
@@ -226,7 +226,9 @@ impl Node {
         self.lss.restart(self.device.id, self.device.serial);
         self.nmt = NmtStateMachine::new();
         self.sdo = SdoServer::new();
-        self.pending_store = None;
+        if let Some(Requester::Sdo | Requester::Lss) = self.device.pending {
+            self.device.pending = Some(Requester::Gone);
+        }
         self.heartbeat_age_us = 0;
         self.requested = 0;
         self.reported = Faults::NONE;
@@ -262,12 +264,6 @@ impl Node {
         self.device.settings = settings;
     }
 
-    /// Newest estimate passed to [`Node::tick`].
-    #[must_use]
-    pub const fn estimate(&self) -> &ContactEstimate {
-        &self.device.snapshot.estimate
-    }
-
     /// The active faults.
     #[must_use]
     pub const fn faults(&self) -> Faults {
@@ -287,49 +283,18 @@ impl Node {
         self.device.time
     }
 
-    /// Publishes the name of the board.
-    pub const fn set_hardware(&mut self, name: &'static str) {
-        self.device.hardware = name;
-    }
-
     /// Sets and publishes the period of the ticks, µs; 1,000 if it is not called.
     pub const fn set_tick(&mut self, tick_us: u16) {
         self.device.tick_us = tick_us;
     }
 
-    /// Publishes the board's stage.
-    pub const fn set_stage(&mut self, stage: Stage) {
-        self.device.stage = stage;
-    }
-
-    /// Publishes the last crash.
-    pub const fn set_crash(&mut self, crash: Crash) {
-        self.device.crash = Some(crash);
-    }
-
-    /// Publishes the brown-out level at the start, 0 to 3.
-    pub const fn set_brown_out_level(&mut self, level: u8) {
-        self.device.brown_out_level = level;
-    }
-
-    /// Publishes the running program.
-    pub const fn set_program(&mut self, program: Program) {
-        self.device.program = program;
-    }
-
-    /// Publishes the values learnt by the estimator. Call it before a request is handled, because objects are encoded
-    /// when they are read.
-    pub const fn set_learnt(&mut self, learnt: Learnt) {
-        self.device.learnt = learnt;
-    }
-
-    /// Publishes the largest costs so far. Call it before a request is handled.
-    pub const fn set_costs(&mut self, costs: Costs) {
-        self.device.costs = costs;
-    }
-
     /// Handles a received frame. `now` is its reception time on the clock of the samples.
-    pub fn receive(&mut self, frame: &CanFrame, now: Timestamp) -> Outcome {
+    pub fn receive(
+        &mut self,
+        frame: &CanFrame,
+        now: Timestamp,
+        published: &mut Published,
+    ) -> Outcome {
         if frame.id() == cob_id::LSS_MASTER {
             return self.receive_lss(frame);
         }
@@ -340,7 +305,9 @@ impl Node {
             nmt::NMT_COMMAND_COB_ID => event(self.receive_nmt(frame.data(), id)),
             cob_id::SYNC => event(self.receive_sync(frame.data(), now)),
             cob_id::TIME => event(self.receive_time(frame.data(), now)),
-            other if other == id.cob_id(cob_id::SDO_REQUEST) => self.receive_sdo(frame, id),
+            other if other == id.cob_id(cob_id::SDO_REQUEST) => {
+                self.receive_sdo(frame, id, published)
+            }
             other if other == id.cob_id(Load::BASE) => self.receive_load(frame.data()),
             _ => Outcome::default(),
         }
@@ -365,28 +332,45 @@ impl Node {
     ///
     /// # Errors
     /// The reason why it cannot be read.
-    pub fn read(&mut self, address: Address) -> Result<Value, AbortCode> {
-        self.device.read(address)
+    pub fn read(
+        &mut self,
+        address: Address,
+        published: &mut Published,
+    ) -> Result<Value, AbortCode> {
+        self.objects(published).read(address)
     }
 
-    /// Writes an object with the bytes of a value. Returns the event to handle. The application itself answers an
-    /// [event that is answered later](Event::is_answered_later) and was requested here, without [`Node::finish`].
+    /// Writes an object with the bytes of a value. Returns the event to handle. An
+    /// [event that is answered later](Event::is_answered_later) is then pending for the application:
+    /// [`Node::finish`] returns [`Finished::Written`].
     ///
     /// # Errors
     /// The reason why the value was refused. Nothing has changed then.
-    pub fn write(&mut self, address: Address, bytes: &[u8]) -> Result<Option<Event>, AbortCode> {
-        let size = self.device.writable_size(address)?;
+    pub fn write(
+        &mut self,
+        address: Address,
+        bytes: &[u8],
+        published: &mut Published,
+    ) -> Result<Option<Event>, AbortCode> {
+        let mut objects = self.objects(published);
+        let size = objects.writable_size(address)?;
         if let Some(code) = sdo::wrong_length(bytes.len(), size) {
             return Err(code);
         }
-        self.device.has_pending_store = self.pending_store.is_some();
-        self.device.write(address, bytes)?;
-        Ok(self.take_event())
+        objects.write(address, bytes)?;
+        Ok(self.take_event(Requester::Application(address)))
     }
 
-    /// Takes the event of the last write.
-    fn take_event(&mut self) -> Option<Event> {
+    const fn objects<'a>(&'a mut self, published: &'a mut Published) -> DeviceObjects<'a> {
+        DeviceObjects { device: &mut self.device, published }
+    }
+
+    /// Takes the event of the last write, by `requester`.
+    fn take_event(&mut self, requester: Requester) -> Option<Event> {
         let event = self.device.event.take();
+        if event.is_some_and(Event::is_answered_later) {
+            self.device.pending = Some(requester);
+        }
         // The latest assignment of the node id takes precedence.
         if matches!(event, Some(Event::Changed { address: NODE_ID, .. } | Event::Restore)) {
             self.lss.forget_assigned_id();
@@ -394,14 +378,18 @@ impl Node {
         event
     }
 
-    /// Answers an event that is [answered later](Event::is_answered_later), if a master waits for the response.
-    pub fn finish(&mut self, result: Result<(), AbortCode>) -> Option<CanFrame> {
-        match self.pending_store.take()? {
+    /// Ends the event that is [answered later](Event::is_answered_later) and pending. Returns its answer, if somebody
+    /// still waits for it.
+    pub fn finish(&mut self, result: Result<(), AbortCode>) -> Option<Finished> {
+        match self.device.pending.take()? {
             Requester::Sdo => {
                 let answer = self.sdo.finish(result)?;
-                Some(CanFrame::of(self.device.id?.cob_id(cob_id::SDO_RESPONSE), answer))
+                let id = self.device.id?.cob_id(cob_id::SDO_RESPONSE);
+                Some(Finished::Can(CanFrame::of(id, answer)))
             }
-            Requester::Lss => Some(lss::answer_to_store(result)),
+            Requester::Lss => Some(Finished::Can(lss::answer_to_store(result))),
+            Requester::Application(address) => Some(Finished::Written(address)),
+            Requester::Gone => None,
         }
     }
 
@@ -442,30 +430,22 @@ impl Node {
         Some(CanFrame::of(id, emergency.encode()))
     }
 
-    /// Advances by one tick: takes the newest estimate, the temperature of the sensor, °C, and the counters. Calls
-    /// `send` with each frame that is due, the contact first.
+    /// Advances by one tick, with a new estimate. Calls `send` with the kind of each frame that is due and the frame,
+    /// the contact first.
     ///
     /// A frame that cannot be sent still advances its sequence, so that the gap is visible.
-    pub fn tick(
-        &mut self,
-        estimate: &ContactEstimate,
-        temperature: f32,
-        counters: &Counters,
-        mut send: impl FnMut(CanFrame),
-    ) {
+    pub fn tick(&mut self, published: &Published, mut send: impl FnMut(Due, CanFrame)) {
         self.ticks = self.ticks.wrapping_add(1);
-        self.device.counters = *counters;
         self.device.snapshot = Snapshot {
             is_taken: true,
-            estimate: *estimate,
-            temperature,
+            temperature: published.temperature,
             faults: self.device.faults,
-            dropped: counters.dropped(),
+            dropped: published.counters.dropped(),
             last_sync: self.last_sync,
             sequence: self.sequence,
         };
         if let Some(emergency) = self.watch_load() {
-            send(emergency);
+            send(Due::Emergency, emergency);
         }
         let Some(id) = self.device.id else {
             return;
@@ -479,8 +459,8 @@ impl Node {
             };
             for pdo in Pdo::ALL {
                 if self.is_due(pdo, spacing) {
-                    let payload = self.device.snapshot.payload(pdo);
-                    send(CanFrame::of(pdo.cob_id(id), payload));
+                    let payload = self.device.snapshot.payload(pdo, &published.estimate);
+                    send(Due::Pdo(pdo), CanFrame::of(pdo.cob_id(id), payload));
                     if pdo == Pdo::Contact {
                         self.sequence = self.sequence.wrapping_add(1);
                     }
@@ -489,12 +469,12 @@ impl Node {
             self.requested = 0;
         }
         if let Some(heartbeat) = self.heartbeat(id) {
-            send(heartbeat);
+            send(Due::Heartbeat, heartbeat);
         }
         if let Some(fault) = self.unreported().iter().next()
             && let Some(emergency) = self.report(fault)
         {
-            send(emergency);
+            send(Due::Emergency, emergency);
         }
     }
 
@@ -548,10 +528,9 @@ impl Node {
         let Some(request) = frame.data8() else {
             return Outcome::default();
         };
-        self.device.has_pending_store = self.pending_store.is_some();
         let outcome = self.lss.handle(request, &mut self.device);
         if outcome.event.is_some_and(Event::is_answered_later) {
-            self.pending_store = Some(Requester::Lss);
+            self.device.pending = Some(Requester::Lss);
         }
         outcome
     }
@@ -577,17 +556,14 @@ impl Node {
         Some(Event::Time(time))
     }
 
-    fn receive_sdo(&mut self, frame: &CanFrame, id: NodeId) -> Outcome {
+    fn receive_sdo(&mut self, frame: &CanFrame, id: NodeId, published: &mut Published) -> Outcome {
         let served = matches!(self.device.state, NmtState::PreOperational | NmtState::Operational);
         let (true, Some(request)) = (served, frame.data8()) else {
             return Outcome::default();
         };
-        self.device.has_pending_store = self.pending_store.is_some();
-        let answer = self.sdo.handle(request, &mut self.device);
-        let event = self.take_event();
-        if event.is_some_and(Event::is_answered_later) {
-            self.pending_store = Some(Requester::Sdo);
-        }
+        let mut objects = DeviceObjects { device: &mut self.device, published };
+        let answer = self.sdo.handle(request, &mut objects);
+        let event = self.take_event(Requester::Sdo);
         Outcome {
             reply: answer.map(|answer| CanFrame::of(id.cob_id(cob_id::SDO_RESPONSE), answer)),
             event,

@@ -1,5 +1,5 @@
 //! Process data: the frames that a foot sends. Each frame has a file, and each field a row with its object, mapping,
-//! signals and text. [`Pdo`] is the table of the frames. `Snapshot` has the inputs of all frames in one tick.
+//! signals and text. [`Pdo`] is the table of the frames. `Snapshot` has the inputs of all frames in one tick, besides the estimate.
 //!
 //! The identifiers follow the predefined connection set of CiA 301, which has four TPDOs. The other three frames use
 //! the identifiers of RPDO2 to RPDO4, which this device does not have. Everything is aligned to bytes and
@@ -144,13 +144,12 @@ impl Pdo {
     }
 }
 
-/// Inputs of all process data in one tick. Most frames are due on few ticks. So a tick keeps only the estimate, and a
-/// frame is built when it is due or when one of its objects is read.
+/// Inputs of all process data in one tick, besides the estimate. Most frames are due on few ticks. So a frame is built
+/// when it is due or when one of its objects is read.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Snapshot {
     /// Whether there was a tick.
     pub(crate) is_taken: bool,
-    pub(crate) estimate: ContactEstimate,
     /// Temperature of the sensor, °C.
     pub(crate) temperature: f32,
     pub(crate) faults: Faults,
@@ -162,9 +161,9 @@ pub(crate) struct Snapshot {
 }
 
 impl Snapshot {
-    /// Encodes a frame.
-    pub(crate) fn payload(&self, pdo: Pdo) -> [u8; 8] {
-        let (estimate, faults) = (&self.estimate, self.faults);
+    /// Encodes a frame. `estimate` is that of the tick.
+    pub(crate) fn payload(&self, pdo: Pdo, estimate: &ContactEstimate) -> [u8; 8] {
+        let faults = self.faults;
         match pdo {
             Pdo::Contact => Contact::new(estimate, self.sequence, faults).encode(),
             Pdo::Axes => Axes::new(estimate, faults).encode(),
@@ -181,12 +180,12 @@ impl Snapshot {
     }
 
     /// Value of `address` in the PDO that maps it; 0 before the first tick.
-    pub(crate) fn value(&self, address: Address) -> Option<u32> {
+    pub(crate) fn value(&self, address: Address, estimate: &ContactEstimate) -> Option<u32> {
         for pdo in Pdo::ALL {
             let mut offset = 0;
             for mapped in pdo.mapping() {
                 if mapped.address == address {
-                    let payload = if self.is_taken { self.payload(pdo) } else { [0; 8] };
+                    let payload = if self.is_taken { self.payload(pdo, estimate) } else { [0; 8] };
                     return Some((u64::from_le_bytes(payload) >> offset) as u32);
                 }
                 offset += mapped.bits;

@@ -3,9 +3,9 @@
 use canopen_rs::Value as PeerValue;
 use wire::dictionary::index;
 use wire::node::NmtCommand;
-use wire::{AbortCode, Address, BootCause, DataType, Fault, Node, Settings, Value};
+use wire::{AbortCode, Address, BootCause, DataType, Fault, Settings, Value};
 
-use super::master::{ID, accepted, emergencies, node, read, refused};
+use super::master::{ID, Node, accepted, emergencies, node, read, refused};
 
 #[test]
 fn a_held_back_fault_is_active_and_reported_on_release() {

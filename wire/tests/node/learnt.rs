@@ -4,9 +4,9 @@ use canopen_rs::Value as PeerValue;
 use estimator_core::Learnt;
 use wire::dictionary::index;
 use wire::node::{Calibration, CalibrationState, NmtCommand};
-use wire::{AbortCode, Address, DataType, Event, Node, Settings, Value};
+use wire::{AbortCode, Address, DataType, Event, Settings, Value};
 
-use super::master::{node, read, refused, write};
+use super::master::{Node, node, read, refused, write};
 
 /// Learnt values of a foot that has walked for a while.
 fn learnt() -> Learnt {
@@ -29,7 +29,7 @@ fn learnt_values_can_be_read_kept_and_forgotten() {
     for (value, code) in [(0, AbortCode::TooLow), (3, AbortCode::TooHigh)] {
         assert_eq!(refused(&mut node, command, Value::U8(value)), code);
     }
-    node.set_learnt(learnt());
+    node.published.learnt = learnt();
     state(&mut node, CalibrationState::Settled);
     for (subindex, number) in (3..).zip(learnt().to_array()) {
         let address = Address::new(index::CALIBRATION, subindex);
@@ -57,7 +57,7 @@ fn learnt_values_can_be_read_kept_and_forgotten() {
 fn the_calibration_is_frozen_if_learning_is_disabled() {
     for (subindex, value) in [(1, 1), (2, 0)] {
         let mut node = node();
-        node.set_learnt(learnt());
+        node.published.learnt = learnt();
         let address = Address::new(index::ESTIMATION, subindex);
         assert!(node.write(address, &[value]).is_ok());
         let state = node.read(Address::new(index::CALIBRATION, 2));
@@ -70,7 +70,7 @@ fn learnt_values_outside_the_limits_are_refused() {
     let mut node = node();
     let mut numbers = learnt().to_array();
     numbers[1] = 10.0;
-    node.set_learnt(Learnt::from_array(numbers));
+    node.published.learnt = Learnt::from_array(numbers);
     let command = Address::new(index::CALIBRATION, 1);
     assert_eq!(refused(&mut node, command, KEEP), AbortCode::TooHigh);
     assert_eq!(node.settings(), &Settings::default());
@@ -79,7 +79,7 @@ fn learnt_values_outside_the_limits_are_refused() {
 #[test]
 fn the_lock_refuses_calibration_commands() {
     let mut node = node();
-    node.set_learnt(learnt());
+    node.published.learnt = learnt();
     assert!(node.write(Address::new(index::LOCK, 0), &[1]).is_ok());
     let command = Address::new(index::CALIBRATION, 1);
     for value in [KEEP, FORGET] {

@@ -4,9 +4,9 @@ use canopen_rs::lss;
 use estimator_core::ContactEstimate;
 use wire::dictionary::{self, Concern, index};
 use wire::node::{NmtCommand, NmtState};
-use wire::{AbortCode, Address, BootCause, Event, Fault, Node, Outcome, Settings, Value};
+use wire::{AbortCode, Address, BootCause, Event, Fault, Outcome, Settings, Value};
 
-use super::master::{ID, node, send, tick};
+use super::master::{ID, Node, node, send, tick};
 
 #[test]
 fn lss_assigns_the_node_id() {
@@ -37,7 +37,7 @@ fn lss_assigns_the_node_id() {
     assert_eq!(timing.reply.expect("an answer").data()[..2], [0x13, 1]);
     let stored = send(&mut node, 0x7E5, &lss::encode_store());
     assert_eq!((stored.reply, stored.event), (None, Some(Event::Store)));
-    assert_eq!(node.finish(Ok(())).expect("an answer").data()[..2], [0x17, 0]);
+    assert_eq!(node.answer(Ok(())).expect("an answer").data()[..2], [0x17, 0]);
     // The setting was changed by other means: the id assigned by LSS takes precedence.
     assert!(node.write(setting, &[0x33]).is_ok());
     let again = send(&mut node, 0x7E5, &lss::encode_configure_node_id(0x22));
@@ -52,7 +52,7 @@ fn a_store_that_fails_is_reported_over_lss() {
     let mut node = node();
     send(&mut node, 0x7E5, &lss::encode_switch_global(true));
     send(&mut node, 0x7E5, &lss::encode_store());
-    let answer = node.finish(Err(AbortCode::Hardware)).expect("an answer");
+    let answer = node.answer(Err(AbortCode::Hardware)).expect("an answer");
     assert_eq!(answer.data()[..2], [0x17, 2]);
 }
 

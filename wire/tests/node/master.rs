@@ -1,16 +1,66 @@
 //! A node, and a master that communicates with it: the SDO client is another crate's.
 
+use std::ops::{Deref, DerefMut};
+
 use canopen_rs::sdo::{SdoClient, SdoEvent};
 use canopen_rs::{DataType as PeerType, Value as PeerValue};
 use estimator_core::{ContactEstimate, Timestamp};
-use wire::node::NmtCommand;
-use wire::{
-    AbortCode, Address, BootCause, CanFrame, Counters, DataType, Event, Node, Outcome, Settings,
-    Value,
-};
+use wire::node::{Due, Finished, NmtCommand, Published};
+use wire::{AbortCode, Address, BootCause, CanFrame, DataType, Event, Outcome, Settings, Value};
 
 pub const ID: u8 = 0x11;
 pub const NOW: Timestamp = Timestamp::from_micros(5_000_000);
+
+/// A node, with the values of its application.
+pub struct Node {
+    node: wire::Node,
+    pub published: Published,
+}
+
+impl Node {
+    pub fn new(settings: Settings, serial: u32) -> Self {
+        let published = Published { temperature: 25.0, ..Published::default() };
+        Self { node: wire::Node::new(settings, serial), published }
+    }
+
+    pub fn receive(&mut self, frame: &CanFrame) -> Outcome {
+        self.node.receive(frame, NOW, &mut self.published)
+    }
+
+    pub fn read(&mut self, address: Address) -> Result<Value, AbortCode> {
+        self.node.read(address, &mut self.published)
+    }
+
+    pub fn write(&mut self, address: Address, bytes: &[u8]) -> Result<Option<Event>, AbortCode> {
+        self.node.write(address, bytes, &mut self.published)
+    }
+
+    pub fn tick(&mut self, send: impl FnMut(Due, CanFrame)) {
+        self.node.tick(&self.published, send);
+    }
+
+    /// Ends what is pending, and returns the response to a master.
+    pub fn answer(&mut self, result: Result<(), AbortCode>) -> Option<CanFrame> {
+        match self.node.finish(result)? {
+            Finished::Can(frame) => Some(frame),
+            Finished::Written(address) => panic!("the application wrote {address:?}"),
+        }
+    }
+}
+
+impl Deref for Node {
+    type Target = wire::Node;
+
+    fn deref(&self) -> &wire::Node {
+        &self.node
+    }
+}
+
+impl DerefMut for Node {
+    fn deref_mut(&mut self) -> &mut wire::Node {
+        &mut self.node
+    }
+}
 
 /// A node in pre-operational state.
 pub fn node() -> Node {
@@ -21,15 +71,14 @@ pub fn node() -> Node {
 }
 
 pub fn send(node: &mut Node, id: u16, data: &[u8]) -> Outcome {
-    node.receive(&CanFrame::new(id, data).expect("a frame"), NOW)
+    node.receive(&CanFrame::new(id, data).expect("a frame"))
 }
 
 /// Ticks once and returns what was sent.
 pub fn tick(node: &mut Node, estimate: &ContactEstimate) -> Vec<CanFrame> {
     let mut frames = Vec::new();
-    node.tick(estimate, 25.0, &Counters::default(), |frame| {
-        frames.push(frame);
-    });
+    node.published.estimate = *estimate;
+    node.tick(|_, frame| frames.push(frame));
     frames
 }
 
@@ -64,7 +113,7 @@ pub fn exchange(
     loop {
         let outcome = send(node, client.request_cob_id(), &request);
         events.extend(outcome.event);
-        let reply = outcome.reply.or_else(|| node.finish(Ok(())));
+        let reply = outcome.reply.or_else(|| node.answer(Ok(())));
         let reply = reply.expect("an answer");
         assert_eq!(reply.id(), client.response_cob_id());
         match client.on_response(reply.data8().expect("eight bytes")) {

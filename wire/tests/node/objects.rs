@@ -1,16 +1,13 @@
 //! Reading and writing objects over SDO and UART.
 
 use canopen_rs::{Value as PeerValue, lss};
-use estimator_core::ContactEstimate;
 use wire::dictionary::{
     self, Access, Concern, Limits, Role, SIGNATURE_BROWN_OUT, SIGNATURE_RESTORE, SIGNATURE_STORE,
     index,
 };
-use wire::node::{Crash, NmtCommand};
+use wire::node::{Crash, Finished, NmtCommand};
 use wire::settings::UartStreams;
-use wire::{
-    AbortCode, Address, Counter, Counters, DataType, Event, Fault, Foot, Outcome, Stage, Value,
-};
+use wire::{AbortCode, Address, Counter, DataType, Event, Fault, Foot, Outcome, Stage, Value};
 
 use super::master::{ID, accepted, node, peer_value, read, refused, send, write};
 
@@ -166,20 +163,18 @@ fn a_failed_store_is_reported_to_the_master() {
     let request = [0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e'];
     let outcome = send(&mut node, 0x600 + u16::from(ID), &request);
     assert_eq!((outcome.reply, outcome.event), (None, Some(Event::Store)));
-    let answer = node.finish(Err(AbortCode::Hardware)).expect("an answer");
+    let answer = node.answer(Err(AbortCode::Hardware)).expect("an answer");
     assert_eq!(answer.data(), [0x80, 0x10, 0x10, 1, 0, 0, 6, 6]);
-    assert_eq!(node.finish(Ok(())), None);
+    assert_eq!(node.answer(Ok(())), None);
 }
 
 #[test]
 fn the_state_of_the_board_can_be_read() {
     let mut node = node();
-    node.set_stage(Stage::HoldStill);
-    node.set_brown_out_level(3);
-    node.set_crash(Crash { fault: Fault::HardFault, program_counter: 0x0800_1234 });
-    let mut counters = Counters::default();
-    counters.add(Counter::CanBusOff, 3);
-    node.tick(&ContactEstimate::default(), 0.0, &counters, |_| ());
+    node.published.stage = Stage::HoldStill;
+    node.published.brown_out_level = 3;
+    node.published.crash = Some(Crash { fault: Fault::HardFault, program_counter: 0x0800_1234 });
+    node.published.counters.add(Counter::CanBusOff, 3);
     for (index, sub, expected) in [
         (index::STAGE, 0, Value::U8(2)),
         (index::SUPPLY, 1, Value::U8(3)),
@@ -210,7 +205,7 @@ fn uart_follows_the_same_rules() {
     assert_eq!(running, Err(AbortCode::DeviceState));
     let store = Address::new(index::STORE, 1);
     assert_eq!(node.write(store, b"save"), Ok(Some(Event::Store)));
-    assert_eq!(node.finish(Ok(())), None, "no master waits");
+    assert_eq!(node.finish(Ok(())), Some(Finished::Written(store)), "no master waits");
 }
 
 #[test]
@@ -238,7 +233,7 @@ fn a_second_store_is_refused_while_the_first_is_pending() {
     let second = send(&mut node, 0x7E5, &lss::encode_store());
     assert_eq!(second.event, None);
     assert_eq!(second.reply.expect("an answer").data()[..2], [0x17, 2]);
-    let first = node.finish(Ok(())).expect("an answer");
+    let first = node.answer(Ok(())).expect("an answer");
     assert_eq!(first.data(), [0x60, 0x10, 0x10, 1, 0, 0, 0, 0]);
     // LSS first, SDO and UART second.
     let first = send(&mut node, 0x7E5, &lss::encode_store());
@@ -252,7 +247,7 @@ fn a_second_store_is_refused_while_the_first_is_pending() {
     }
     let store = Address::new(index::STORE, 1);
     assert_eq!(node.write(store, b"save"), Err(AbortCode::Hardware));
-    let answer = node.finish(Ok(())).expect("an answer");
+    let answer = node.answer(Ok(())).expect("an answer");
     assert_eq!(answer.data()[..2], [0x17, 0]);
     assert_eq!(node.write(store, b"save"), Ok(Some(Event::Store)));
 }

@@ -9,10 +9,10 @@ use estimator_core::{
 use wire::dictionary::{self, Concern, index};
 use wire::node::NmtCommand;
 use wire::pdo::{Contact, Health, Load, PDOS};
-use wire::{AbortCode, Address, Counter, Counters, Event, Fault, Node, Outcome, Pdo, Value};
+use wire::{AbortCode, Address, Counter, Event, Fault, Outcome, Pdo, Value};
 
 use super::master::{
-    ID, accepted, emergencies, node, peer_address, read, refused, send, tick, write,
+    ID, Node, accepted, emergencies, node, peer_address, read, refused, send, tick, write,
 };
 
 #[test]
@@ -78,13 +78,13 @@ fn pdos_match_the_mappings_of_the_dictionary() {
 fn health_counts_the_frames_dropped_on_either_line() {
     let mut node = node();
     node.command(NmtCommand::StartRemoteNode);
-    let mut counters = Counters::default();
+    let counters = &mut node.published.counters;
     counters.add(Counter::CanDropped, 3);
     counters.add(Counter::UartDropped, 4);
     counters.add(Counter::UartRefused, 100);
     let mut dropped = None;
     for _ in 0..100 {
-        node.tick(&ContactEstimate::default(), 25.0, &counters, |frame| {
+        node.tick(|_, frame| {
             if let Some((Pdo::Health, _)) = Pdo::from_cob_id(frame.id()) {
                 dropped = frame.data8().map(|data| Health::decode(data).dropped);
             }

@@ -5,9 +5,9 @@ use canopen_rs::time::TimeOfDay;
 use estimator_core::ContactEstimate;
 use wire::dictionary::index;
 use wire::node::{NmtCommand, NmtState};
-use wire::{Address, BootCause, CanFrame, Event, Node, Outcome, Pdo, Settings, Value};
+use wire::{Address, BootCause, CanFrame, Event, Outcome, Pdo, Settings, Value};
 
-use super::master::{ID, NOW, accepted, node, send, tick};
+use super::master::{ID, NOW, Node, accepted, node, send, tick};
 
 #[test]
 fn with_autostart_the_node_boots_and_streams() {
@@ -144,7 +144,7 @@ fn a_boot_resets_pending_transfers_and_stores() {
     assert_eq!(beats.count(), 0, "the period starts with the boot-up");
     let segment = send(&mut node, sdo, &[0x60, 0, 0, 0, 0, 0, 0, 0]).reply;
     assert_eq!(segment.expect("an answer").data()[0], 0x80);
-    assert_eq!(node.finish(Ok(())), None);
+    assert_eq!(node.answer(Ok(())), None);
 }
 
 #[test]

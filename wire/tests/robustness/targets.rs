@@ -1,13 +1,11 @@
 //! Fuzz targets, shared with the ordinary test `robustness`: any bytes go in, and
 //! the output keeps its invariants.
 
-use estimator_core::{ContactEstimate, Decision, Phase, Stream, Timestamp};
-use wire::node::NmtCommand;
+use estimator_core::{Decision, Phase, Stream, Timestamp};
+use wire::node::{NmtCommand, Published};
 use wire::pdo::{Acceleration, Attitude, Axes, Bias, Contact, Health, Load, Rate, Status};
 use wire::uart::{Decoder, MAX_FRAME, Message, encode};
-use wire::{
-    BootCause, CanFrame, Counters, Emergency, Event, Fault, Node, Settings, Value, dictionary,
-};
+use wire::{BootCause, CanFrame, Emergency, Event, Fault, Node, Settings, Value, dictionary};
 
 /// Target: its name and function.
 pub type Target = (&'static str, fn(&[u8]));
@@ -49,6 +47,7 @@ pub fn frames(data: &[u8]) {
 pub fn node(data: &[u8]) {
     let mut node = Node::new(Settings::default(), 0x1234_5678);
     node.boot(BootCause::PowerUp);
+    let mut published = Published::default();
     let mut micros = 0;
     for piece in data.chunks(9) {
         let Some((&kind, payload)) = piece.split_first() else {
@@ -68,7 +67,7 @@ pub fn node(data: &[u8]) {
         }
         let frame = CanFrame::new(id, payload).expect("at most eight bytes");
         micros += 1000;
-        let outcome = node.receive(&frame, Timestamp::from_micros(micros));
+        let outcome = node.receive(&frame, Timestamp::from_micros(micros), &mut published);
         match outcome.event {
             Some(Event::Store | Event::Restore) => {
                 node.finish(Ok(()));
@@ -82,7 +81,7 @@ pub fn node(data: &[u8]) {
             node.raise(fault, u32::from(kind));
         }
         let mut sent = 0;
-        node.tick(&ContactEstimate::default(), 20.0, &Counters::default(), |frame| {
+        node.tick(&published, |_, frame| {
             assert!(frame.id() <= 0x7FF);
             sent += 1;
         });

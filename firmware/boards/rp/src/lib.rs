@@ -46,9 +46,9 @@ use embassy_rp::pac;
 use embassy_rp::pac::watchdog::regs::Load;
 use embassy_rp::watchdog::{ResetReason, Watchdog};
 use embassy_time::{Duration, Instant};
-use firmware::sampling::{self, Sensor, Tick};
+use firmware::sampling::{Sensor, Tick};
 use firmware::supervision::StackDepth;
-use firmware::{Board, Crystal, Foot, Ports, Start, thread};
+use firmware::{Board, Crystal, Foot, Ports, Start, tasks};
 use static_cell::StaticCell;
 use storage::{Storage, StoreFailed};
 use wire::foot::serial_number;
@@ -220,23 +220,23 @@ impl Board for ThisBoard {
 /// Sampling level: tick, edge, burst, estimate and frames.
 #[embassy_executor::task]
 async fn sample(sensor: Sensor<sensor::SensorBus>, ticks: Timebase, foot: &'static mut Foot) {
-    sampling::sample(sensor, Delay, ticks, foot, &ThisBoard, &PORTS).await;
+    tasks::sample(sensor, Delay, ticks, foot, &ThisBoard, &PORTS).await;
 }
 
 /// Thread level: serves requests of the foot that take longer than a tick.
 #[embassy_executor::task]
 async fn serve_requests(storage: Storage<SettingsFlash>) {
-    thread::serve_requests(storage, Delay, &ThisBoard, &PORTS).await;
+    tasks::serve_requests(storage, Delay, &ThisBoard, &PORTS).await;
 }
 
 /// Thread level: feeds the watchdog, and measures the depth of the stack.
 #[embassy_executor::task]
 async fn feed_watchdog() {
-    thread::feed_watchdog(Delay, &ThisBoard, &PORTS).await;
+    tasks::feed_watchdog(Delay, &ThisBoard, &PORTS).await;
 }
 
 /// Thread level: shows the stage.
 #[embassy_executor::task]
 async fn blink(led: Output<'static>) {
-    thread::blink(led, Delay, &PORTS).await;
+    tasks::blink(led, Delay, &PORTS).await;
 }

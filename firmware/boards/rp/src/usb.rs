@@ -14,7 +14,8 @@ use embassy_time::{Duration, Timer, with_timeout};
 use embassy_usb::class::cdc_acm::{CdcAcmClass, ControlChanged, Receiver, Sender, State};
 use embassy_usb::driver::EndpointError;
 use embassy_usb::{Builder, Config};
-use firmware::ports::{Input, UartBatch};
+use firmware::exchange::Input;
+use firmware::ports::UartBatch;
 use firmware::supervision::Worker;
 use firmware::uart_requests::UartReceiver;
 
@@ -153,7 +154,7 @@ async fn receive<'d>(mut receiver: Receiver<'d, Bus<'d>>) {
     loop {
         receiver.wait_connection().await;
         while let Ok(length) = receiver.read_packet(&mut packet).await {
-            requests.pass(packet.get(..length).unwrap_or_default(), &PORTS).await;
+            PORTS.put_uart(&mut requests, packet.get(..length).unwrap_or_default()).await;
         }
         Timer::after(DEADLINE).await;
     }

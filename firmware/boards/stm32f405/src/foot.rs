@@ -18,11 +18,12 @@ use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Timer, with_timeout};
-use firmware::ports::{BusState, Input, UartBatch};
-use firmware::sampling::{self, Sensor, Tick};
+use firmware::exchange::{BusState, Input};
+use firmware::ports::UartBatch;
+use firmware::sampling::{Sensor, Tick};
 use firmware::supervision::{StackDepth, Worker};
 use firmware::uart_requests::UartReceiver;
-use firmware::{Board, Crystal, Foot, Ports, Start, thread};
+use firmware::{Board, Crystal, Foot, Ports, Start, tasks};
 use lsm6dsox::Config;
 use static_cell::StaticCell;
 use storage::{Origin, Storage, StoreFailed};
@@ -116,7 +117,7 @@ pub fn run() -> ! {
     interrupt::UART4.set_priority(crate::SAMPLING_EXECUTOR_PRIORITY);
     let level = SAMPLING.start(interrupt::UART4);
     let sensor = Sensor::new(peripherals.sensor, Config::FRESH_KILOHERTZ)
-        .with_bus_speed(wiring::SENSOR_SPEED)
+        .with_bus_speeds(wiring::SENSOR_START, wiring::SENSOR_SPEED)
         .with_accelerometer_range(range);
     once(sample(sensor, peripherals.timebase, foot, board), |task| level.spawn(task));
 
@@ -288,7 +289,7 @@ async fn sample(
     board: &'static Stm32f405,
 ) {
     timebase::discard();
-    sampling::sample(sensor, Delay, ticks, foot, board, &PORTS).await;
+    tasks::sample(sensor, Delay, ticks, foot, board, &PORTS).await;
 }
 
 /// Time without a frame taken by the bus after which queued frames are too old.
@@ -377,7 +378,7 @@ async fn receive_uart(mut uart: uart::Receiver) {
             Timer::after_millis(1).await;
             continue;
         };
-        requests.pass(bytes, &PORTS).await;
+        PORTS.put_uart(&mut requests, bytes).await;
         // In an unbroken stream the next byte is always ready, and without a wait no other task of this or a lower
         // level would run.
         Timer::after_ticks(1).await;
@@ -387,19 +388,19 @@ async fn receive_uart(mut uart: uart::Receiver) {
 /// Thread level: serves requests of the foot that take longer than a tick.
 #[embassy_executor::task]
 async fn serve_requests(storage: Storage<ConfigFlash>, board: &'static Stm32f405) {
-    thread::serve_requests(storage, Delay, board, &PORTS).await;
+    tasks::serve_requests(storage, Delay, board, &PORTS).await;
 }
 
 /// Thread level: feeds the watchdog, confirms a new program, and measures the depth of the stack.
 #[embassy_executor::task]
 async fn feed_watchdog(board: &'static Stm32f405) {
-    thread::feed_watchdog(Delay, board, &PORTS).await;
+    tasks::feed_watchdog(Delay, board, &PORTS).await;
 }
 
 /// Thread level: shows the stage.
 #[embassy_executor::task]
 async fn blink(led: Output<'static>) {
-    thread::blink(led, Delay, &PORTS).await;
+    tasks::blink(led, Delay, &PORTS).await;
 }
 
 // Interrupts that run the executors. Their own peripherals are unused. For the barriers see `crate::Barrier`.

@@ -105,7 +105,7 @@ impl Parts {
     pub fn start(self) -> SensorBus {
         let mut config = Config::default();
         config.mode = MODE_3;
-        config.frequency = Hertz(wiring::SENSOR_SPEED.spi_hertz());
+        config.frequency = Hertz(wiring::SENSOR_START.spi_hertz());
         // Without a sensor everything then reads as zero. No status register would report its absence.
         config.miso_pull = Pull::Down;
         let spi = Spi::new_blocking(
@@ -132,7 +132,7 @@ impl Parts {
             _spi: spi,
             select: Output::new(self.select, Level::High, Speed::VeryHigh),
             setting: SPI1.cr1().read(),
-            burst_micros: burst_micros(wiring::SENSOR_SPEED),
+            burst_micros: burst_micros(wiring::SENSOR_START),
         }
     }
 }

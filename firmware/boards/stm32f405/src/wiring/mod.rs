@@ -38,7 +38,7 @@ macro_rules! wiring {
             from_sensor: $from_sensor:ident,
             select: $select:ident,
             data_ready: $data_ready:ident, TIM2 $channel:ident, $input:ident,
-            speed: $speed:ident,
+            speed: $start:ident to $speed:ident,
         },
         can: { transmit: $can_transmit:ident, receive: $can_receive:ident },
         uart: { transmit: $uart_transmit:ident, receive: $uart_receive:ident },
@@ -64,6 +64,8 @@ macro_rules! wiring {
         /// Pins that the capture of channel 1 of TIM2 sees.
         pub const CAPTURE_INPUT: Ti1s = Ti1s::$input;
         /// Clock of the sensor's bus at a start.
+        pub const SENSOR_START: BusSpeed = BusSpeed::$start;
+        /// Fastest clock of the sensor's bus.
         pub const SENSOR_SPEED: BusSpeed = BusSpeed::$speed;
         pub type CanTransmit = peripherals::$can_transmit;
         pub type CanReceive = peripherals::$can_receive;

@@ -8,7 +8,7 @@ super::wiring! {
         from_sensor: PA6,
         select: PA4,
         data_ready: PA0, TIM2 Ch1, NORMAL,
-        speed: Full,
+        speed: Full to Full,
     },
     can: { transmit: PB9, receive: PB8 },
     uart: { transmit: PA9, receive: PA10 },

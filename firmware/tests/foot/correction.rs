@@ -8,7 +8,7 @@ use crate::storage::{Flash, load, stored};
 use ::storage::Origin;
 use config::Overrides;
 use estimator_core::{ContactEstimate, ImuSample, Stream, Timestamp, Validity, Vec3};
-use firmware::ports::Input;
+use firmware::exchange::Input;
 use lsm6dsox::sim::{PartOptions, SharedPart, Stimulus};
 use options::{Format, InputOptions};
 use recordings::read;

@@ -1,15 +1,13 @@
 //! CAN and UART: requests, settings, floods, and missing receivers.
 
-use crate::bench::Bench;
+use crate::bench::{Bench, measurement};
 use ::storage::{Erase, StoreFailed};
 use estimator_core::{Flag, ImuSample, Phase, Timestamp, Validity};
-use firmware::ports::Input;
+use firmware::exchange::{Exchange, Input, Request};
 use firmware::sampling::{Activity, Measurement, SensorFault, Tick};
 use firmware::supervision::Worker;
-use firmware::thread::Request;
-use firmware::{Foot, Ports, Start};
+use firmware::{Foot, Ports, Start, tasks};
 use lsm6dsox::imu::missing_sample;
-use simulated_robot::board::measurement;
 use wire::dictionary::{SIGNATURE_RESTORE, SIGNATURE_STORE, index};
 use wire::node::{NmtCommand, NmtState};
 use wire::uart::{Answer, Decoder, Message};
@@ -256,7 +254,8 @@ fn slow_ticks_without_can_are_no_gaps() {
         let time = Timestamp::from_micros(2_400 * number);
         let tick = Tick { time, edge: Some(time), ..Tick::default() };
         let sample = ImuSample { validity: Validity::Valid, ..missing_sample(time) };
-        foot.tick(&tick, &measurement(sample, None), None, &ports);
+        let exchange = &mut Exchange::new();
+        tasks::run_tick(&mut foot, &ports, exchange, &tick, &measurement(sample, None), None);
         assert!(!foot.estimate().flags.contains(Flag::TimeGap), "{number}");
         assert_eq!(ports.try_next_can(), None);
         let mut decoder = Decoder::new();

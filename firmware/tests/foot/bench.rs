@@ -4,18 +4,18 @@
 //! moment that a task waits for, and polls again: the same run always gives the same bits.
 
 use std::cell::{Cell, RefCell};
-use std::pin::{Pin, pin};
+use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 
 use embedded_hal_async::delay::DelayNs;
-use estimator_core::Timestamp;
-use firmware::sampling::{self, EDGE_LIMIT_US, Measurement, Sensor, Tick, Ticks};
+use estimator_core::{ImuSample, Timestamp};
+use firmware::exchange::{Exchange, Input};
+use firmware::sampling::{self, Activity, EDGE_LIMIT_US, Measurement, ReadAt, Sensor, Tick, Ticks};
 use firmware::uart_requests::UartReceiver;
-use firmware::{Foot, Ports, Start};
+use firmware::{Foot, Ports, Start, tasks};
 use lsm6dsox::imu::Conversion;
 use lsm6dsox::sim::{Motion, Part, PartOptions, SharedPart, Stimulus};
 use lsm6dsox::{Config, Pin as InterruptPin, RawSample};
-use simulated_robot::board::measurement;
 use wire::node::NmtCommand;
 use wire::pdo::{Contact, Pdo};
 use wire::uart::{Answer, ConfigSet, Decoder, Message, NmtRequest, encode};
@@ -29,6 +29,20 @@ pub const ORDINARY: PartOptions = PartOptions { byte_time_ns: 800, ..PLAIN };
 
 const PLAIN: PartOptions =
     PartOptions { accel_test_signal: [4.9; 3], gyro_test_signal: [7.0; 3], ..PartOptions::DEFAULT };
+
+/// Measurement of a sensor without faults.
+pub const fn measurement(sample: ImuSample, raw: Option<RawSample>) -> Measurement {
+    Measurement {
+        sample,
+        raw,
+        activity: Activity::Measuring,
+        fault: None,
+        read_at: ReadAt::Edge,
+        saturated_for_long: false,
+        restarts: 0,
+        misreads: 0,
+    }
+}
 
 pub fn standing() -> SharedPart {
     part(|_: f64| Stimulus::REST, ORDINARY)
@@ -152,8 +166,7 @@ impl Run<'_> {
         let mut due = actions.next();
         while part.now_ns() < end {
             next_ns.set(u64::MAX);
-            let poll: Pin<&mut _> = future.as_mut();
-            assert!(poll.poll(&mut context).is_pending());
+            assert!(future.as_mut().poll(&mut context).is_pending());
             let mut next = next_ns.get();
             assert!(next < u64::MAX, "the loop waits for nothing");
             if let Some((at, action)) = due
@@ -204,7 +217,8 @@ impl Bench {
 
     /// Runs one tick and records its output. Earlier output is discarded.
     pub fn tick(&mut self, tick: &Tick, measurement: &Measurement, reading: Option<u16>) {
-        self.foot.tick(tick, measurement, reading, &self.ports);
+        let exchange = &mut Exchange::new();
+        tasks::run_tick(&mut self.foot, &self.ports, exchange, tick, measurement, reading);
         self.can.clear();
         self.uart.clear();
         if self.can_listens {
@@ -233,12 +247,12 @@ impl Bench {
     /// Writes bytes to the UART; bytes for which the foot has no room are returned.
     pub fn type_in(&mut self, bytes: &[u8]) {
         for byte in bytes {
-            if let Some(input) = self.receiver.push(*byte) {
-                assert!(self.ports.try_put(input), "too much at once");
+            if let Some(request) = self.receiver.push(*byte) {
+                assert!(self.ports.try_put(Input::Uart(request)), "too much at once");
             }
         }
-        if let Some(input) = self.receiver.refused() {
-            assert!(self.ports.try_put(input), "too much at once");
+        if let Some(refused) = self.receiver.refused() {
+            assert!(self.ports.try_put(Input::UartRefused(refused)), "too much at once");
         }
     }
 

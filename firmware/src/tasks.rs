@@ -1,13 +1,19 @@
-//! Work of the thread level, which has no deadline: settings, watchdog, LED.
+//! Tasks that a board spawns: [`sample`] at the sampling level, and those of the thread level, which have no deadline:
+//! settings, watchdog, LED.
+
+use core::mem::discriminant;
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal_async::delay::DelayNs;
 use embedded_storage::nor_flash::NorFlash;
-use storage::{Erase, Origin, Storage, StoreFailed};
-use wire::Settings;
+use lsm6dsox::{AsyncBus, SetBusSpeed};
+use storage::{Storage, StoreFailed};
 
 use crate::board::Board;
-use crate::ports::{Input, Mailboxes, Ports};
+use crate::exchange::{BusState, Exchange, Input, Reloaded, Request};
+use crate::foot::{Foot, Inputs};
+use crate::ports::{Mailboxes, Ports};
+use crate::sampling::{self, Measurement, Sensor, Tick, Ticks};
 use crate::supervision::{Cost, StackDepth};
 
 /// Time for the response to a stop to be sent, ms: some frames at 125 kbit/s.
@@ -16,37 +22,62 @@ const ANSWERING_MS: u32 = 20;
 /// Time for which the watchdog is fed before a new program is confirmed, ms.
 const CONFIRMED_MS: u32 = 10_000;
 
-/// A request of the foot to the board.
-#[expect(
-    clippy::large_enum_variant,
-    reason = "there is no heap to put it on, and a queue of two is small"
-)]
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Request {
-    /// Store these settings, then [`put`](Ports::put) an [`Input::Stored`].
-    Store(Settings, Erase),
-    /// Delete the stored settings, then [`put`](Ports::put) an [`Input::Stored`].
-    Restore(Erase),
-    /// Set the highest brown-out level and protect the bootloader, then [`put`](Ports::put) an [`Input::Completed`].
-    ProtectSupply,
-    /// Confirm the running program, if it is new, then [`put`](Ports::put) an [`Input::Completed`].
-    ConfirmProgram,
-    /// Restart into the bootloader once the answers to requests have been sent.
-    StopProgram,
-    /// Load the stored settings, apply their CAN and UART rates, and pass them to
-    /// [`reload`](Ports::reload).
-    Reload,
-    /// Restart the whole board.
-    Reset,
+/// Runs a foot on a board forever: each tick and the sensor, with its self-test if the settings request it.
+pub async fn sample<BUS: AsyncBus + SetBusSpeed>(
+    sensor: Sensor<BUS>,
+    delay: impl DelayNs,
+    ticks: impl Ticks,
+    foot: &mut Foot,
+    board: &impl Board,
+    ports: &Ports<impl Mailboxes>,
+) -> ! {
+    let self_test = foot.settings().self_test();
+    let mut bus = BusState::Active;
+    let mut node_id = 0;
+    let mut exchange = Exchange::new();
+    sampling::run(sensor, delay, ticks, self_test, |tick, measurement| {
+        board.begin_tick();
+        run_tick(foot, ports, &mut exchange, tick, measurement, board.load_reading());
+        // The foot takes the state on its next tick, which is soon enough: bus-off lasts at least 1.4 ms. A change of
+        // the error counters alone is not reported.
+        let state = board.bus_state();
+        if discriminant(&state) != discriminant(&bus) && ports.try_put(Input::Bus(state)) {
+            bus = state;
+        }
+        if foot.node_id() != node_id {
+            node_id = foot.node_id();
+            board.listen_as(node_id);
+        }
+        ports.light.show(foot.stage(), foot.faults());
+        board.end_tick();
+        // Ticks without a sample may be long, because the sensor starts or its burst hangs.
+        if measurement.raw.is_some() {
+            ports.costs.raise_to(Cost::Mailbox, board.micros_to_mailbox());
+            ports.costs.raise_to(Cost::Work, board.micros_since_edge(tick));
+        }
+    })
+    .await
 }
 
-/// Settings that were loaded again.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Reloaded {
-    /// The settings.
-    pub settings: Settings,
-    /// Origin of the settings.
-    pub origin: Origin,
+/// Runs a foot for one tick: what has arrived at `ports` goes in, and what it sends goes out. `load_reading` is the
+/// newest reading of the analog load input, if the board has one.
+pub fn run_tick(
+    foot: &mut Foot,
+    ports: &Ports<impl Mailboxes>,
+    exchange: &mut Exchange,
+    tick: &Tick,
+    measurement: &Measurement,
+    load_reading: Option<u16>,
+) {
+    let Exchange { received, outbox } = exchange;
+    ports.receive(received);
+    let costs = ports.costs.largest();
+    let inputs = Inputs { tick, measurement, load_reading, received, costs };
+    foot.tick(&inputs, outbox);
+    foot.count_dropped(ports.send(outbox));
+    // Responses have no deadline. They follow when the frames of the tick are sent.
+    foot.respond(&inputs, outbox);
+    foot.count_dropped(ports.send(outbox));
 }
 
 /// Serves requests of the foot that take longer than a tick, forever.
@@ -142,8 +173,8 @@ mod tests {
     use std::vec::Vec;
 
     use super::*;
-    use crate::sampling::Tick;
     use crate::supervision::Worker;
+    use wire::Settings;
 
     /// Board that counts calls.
     #[derive(Default)]
