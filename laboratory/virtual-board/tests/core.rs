@@ -14,7 +14,7 @@ fn printed(cpu: &mut Cpu) -> String {
 #[test]
 #[ignore = "full: proofs of the emulator"]
 fn nested_handlers_and_threads_keep_every_float_bit() {
-    let image = image("board-proofs", "stress");
+    let image = image("stress");
     let mut cpu = boot(&image);
     cpu.run_until(10 * time::PER_SECOND).expect("it runs");
     let text = printed(&mut cpu);
@@ -64,7 +64,7 @@ fn noted(cpu: &mut Cpu, address: u32) -> u32 {
 #[test]
 #[ignore = "full: proofs of the emulator"]
 fn a_fault_reports_its_exact_instruction_and_status() {
-    let image = image("board-proofs", "faults");
+    let image = image("faults");
     for (misuse, place, handler, cfsr) in [
         (Misuse::Undefined, "undefined_here", 3, 1 << 16),
         (Misuse::Load, "load_here", 3, 1 << 15 | 1 << 9),
@@ -83,7 +83,7 @@ fn a_fault_reports_its_exact_instruction_and_status() {
 #[test]
 #[ignore = "full: proofs of the emulator"]
 fn an_unfed_watchdog_resets_the_chip_and_sets_its_flag() {
-    let image = image("board-proofs", "faults");
+    let image = image("faults");
     let mut cpu = misbehave(&image, Misuse::Watchdog);
     assert_eq!(noted(&mut cpu, mailbox::STARTS), 2);
     // PINRSTF and IWDGRSTF; the flag of power-on has been cleared.
@@ -100,7 +100,7 @@ fn an_unfed_watchdog_resets_the_chip_and_sets_its_flag() {
 #[test]
 #[ignore = "full: proofs of the emulator"]
 fn misuse_ends_the_run_and_names_instruction_and_address() {
-    let image = image("board-proofs", "faults");
+    let image = image("faults");
     for (misuse, place, address, what) in [
         (Misuse::Unclocked, "store_here", 0x4002_0000, "GPIOA is not clocked"),
         (Misuse::Unmodelled, "load_here", 0x4000_2800, "not modelled"),

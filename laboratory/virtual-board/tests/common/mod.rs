@@ -25,9 +25,10 @@ pub const MILLISECOND: u64 = PER_SECOND / 1000;
 
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// Builds a release ELF for the target and returns its path.
-pub fn build(package: &str, program: &str) -> PathBuf {
-    build_with(&["-p", package, "--bin", program], program)
+/// Builds a program that tests the emulator and returns its path.
+pub fn build_proof(program: &str) -> PathBuf {
+    let manifest = ["--manifest-path", "laboratory/Cargo.toml"];
+    build_with(&[&manifest[..], &["-p", "board-proofs", "--bin", program]].concat(), program)
 }
 
 /// Builds the firmware of a board and returns its path.
@@ -84,9 +85,9 @@ fn build_with(chosen: &[&str], program: &str) -> PathBuf {
     path.clone()
 }
 
-/// Parsed ELF of a program.
-pub fn image(package: &str, program: &str) -> ElfImage {
-    let elf = std::fs::read(build(package, program)).expect("the ELF was built");
+/// Parsed ELF of a program that tests the emulator.
+pub fn image(program: &str) -> ElfImage {
+    let elf = std::fs::read(build_proof(program)).expect("the ELF was built");
     ElfImage::parse(&elf).expect("it is an ELF")
 }
 
