@@ -63,6 +63,19 @@ fn pattern_and_loads_of_topics_are_found() {
 }
 
 #[test]
+fn topics_are_calibrated_recorded_and_monitored() {
+    let bench = bench();
+    let samples = bench.path("walk.csv").display().to_string();
+    let folder = bench.path("").display().to_string();
+    check(&["others", &samples, &folder], FOUR);
+    if bench.path("walk.mcap").exists() {
+        let replayed = bench.json("replay walk.mcap --topic all");
+        assert_eq!(replayed["recordings"].as_array().map(Vec::len), Some(4));
+        bench.json("replay walk.mcap --topic all --estimate-again --config robot.toml");
+    }
+}
+
+#[test]
 fn publisher_may_be_killed_and_started_again() {
     let bench = bench();
     let samples = bench.path("walk.csv").display().to_string();

@@ -6,6 +6,8 @@ Usage:
         sample
     live.py pattern FOOTFALL SAMPLES.csv ROS2-ARGUMENT...
         expects four feet named by their topics, two of them with loads, and not the trunk
+    live.py others FOOTFALL SAMPLES.csv FOLDER ROS2-ARGUMENT...
+        calibrates, records and monitors the feet at once
     live.py restart FOOTFALL SAMPLES.csv ROS2-ARGUMENT...
         kills the publisher, and starts another
     live.py mismatch FOOTFALL SAMPLES.csv ROS2-ARGUMENT...
@@ -319,6 +321,40 @@ def check_pattern(footfall, samples, *arguments):
     assert known["rf_foot"] == known["lh_foot"] == 0, known
 
 
+def check_others(footfall, samples, folder, *arguments):
+    """Feet on topics are calibrated, recorded, and shown as feet with a board are."""
+    samples = samples_of(samples)
+    robot = Robot(domain_of(arguments), "best_effort")
+    commands = {
+        "calibrate": ["--output", f"{folder}/robot.toml", "--seconds", "60"],
+        "record": ["--output", f"{folder}/walk.mcap"],
+        "monitor": ["--json"],
+    }
+    programs = {
+        command: subprocess.Popen(
+            [footfall, command, *arguments, *own], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        for command, own in commands.items()
+    }
+    while any(len(writer.get_matched_subscriptions()) < len(programs) for writer in robot.writers.values()):
+        assert all(program.poll() is None for program in programs.values())
+        time.sleep(0.02)
+    # The walk twice, because a calibration takes ten seconds.
+    length = samples[-1][0] - samples[0][0] + samples[1][0] - samples[0][0]
+    robot.play(samples + [(at + length, readings, force) for at, readings, force in samples])
+    calibrated, errors = programs["calibrate"].communicate()
+    assert programs["calibrate"].returncode == 0, errors
+    with open(f"{folder}/robot.toml", encoding="utf-8") as file:
+        text = file.read()
+    assert all(f"[feet.{foot}.learnt]" in text for foot in TOPICS), (text, calibrated)
+    ended(programs["record"])
+    programs["monitor"].terminate()
+    shown, _ = programs["monitor"].communicate()
+    lines = [json.loads(line) for line in shown.splitlines()]
+    rates = {line["foot"]: line["rate_hz"] for line in lines if "rate_hz" in line and not line["silent"]}
+    assert set(rates) == set(TOPICS) and all(150 < rate < 250 for rate in rates.values()), lines[-8:]
+
+
 def low_state(tick):
     motor = MotorState(
         mode=1, q=0.0, dq=0.0, ddq=0.0, tau_est=0.0, q_raw=0.0, dq_raw=0.0, ddq_raw=0.0, temperature=30, lost=0,
@@ -487,6 +523,7 @@ if __name__ == "__main__":
         "estimates": check_estimates,
         "restart": check_restart,
         "pattern": check_pattern,
+        "others": check_others,
         "mismatch": check_mismatch,
         "merge": check_merge,
         "units": check_units,
