@@ -16,10 +16,10 @@ Usage:
         publishes the state of a Go2, and expects it back with other forces
     live.py units FOOTFALL SAMPLES.csv ROS2-ARGUMENT...
         publishes accelerations in g, and expects that diagnostics name the unit
-    live.py publish DOMAIN RELIABILITY SAMPLES.csv RATE
-        publishes the samples on four topics without end
+    live.py publish DOMAIN RELIABILITY SAMPLES.csv RATE [STAMPS.json]
+        publishes the samples on four topics until it is ended
     live.py latency FOOTFALL RATE SECONDS SAMPLES.csv RESULT.json ROS2-ARGUMENT...
-        measures the time from a sample to its contact, lost samples, and the load of a core
+        measures the time from the write of a sample to that of its contact, lost samples, and the load of a core
 """
 
 import csv
@@ -33,7 +33,7 @@ import threading
 import time
 from collections import defaultdict
 
-from cyclonedds.core import Policy, Qos, ReadCondition, SampleState, InstanceState, ViewState, WaitSet
+from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
@@ -419,17 +419,33 @@ def check_merge(footfall, samples, *arguments):
     assert {max(state.foot_force) for state in received} == {0, 100}
 
 
-def publish(domain, reliability, path, rate):
+def publish(domain, reliability, path, rate, stamps=None):
+    """Publishes until it is ended. Then `stamps` gets the stamps of each foot: the times just before the writes, ns."""
     samples = samples_of(path)
     robot = Robot(int(domain), reliability)
+    sent = {foot: [] for foot in TOPICS}
+    is_over = threading.Event()
+    signal.signal(signal.SIGTERM, lambda *_: is_over.set())
     period = 1.0 / float(rate)
-    begun, begun_ns = time.monotonic(), time.time_ns()
-    for k in range(10**12):
+    begun = time.monotonic()
+    k = 0
+    while not is_over.is_set():
         wait = begun + k * period - time.monotonic()
         if wait > 0:
             time.sleep(wait)
-        _, readings, force = samples[k % len(samples)]
-        robot.publish(begun_ns + round(k * period * 1e9), readings, force)
+        _, (ax, ay, az, wx, wy, wz), _ = samples[k % len(samples)]
+        for foot, writer in robot.writers.items():
+            imu = robot.messages[foot]
+            imu.linear_acceleration = Vector3(ax, ay, az)
+            imu.angular_velocity = Vector3(wx, wy, wz)
+            now = time.time_ns()
+            imu.header.stamp = stamp(now)
+            writer.write(imu)
+            sent[foot].append(now)
+        k += 1
+    if stamps:
+        with open(stamps, "w", encoding="utf-8") as file:
+            json.dump(sent, file)
 
 
 def quantile(values, share):
@@ -437,68 +453,54 @@ def quantile(values, share):
 
 
 def measure(footfall, rate, seconds, samples, result, *arguments):
-    """The IMUs are published by another process. A sample is stamped as it is published. Both the sample and its contact
-    are received here; the difference of their times of reception is what footfall adds."""
+    """Another process publishes the IMUs. A sample has the time just before it is written as its stamp, and its contact has
+    the same stamp; the time at which footfall writes the contact comes with it."""
     domain = domain_of(arguments)
     participant = DomainParticipant(domain)
     seconds = float(seconds)
-    readers = {}
-    for foot, topic in TOPICS.items():
-        readers["imu", foot] = DataReader(participant, Topic(participant, f"rt{topic}", Imu), qos=RELIABLE)
-    for foot, reader in contact_readers(participant).items():
-        readers["contact", foot] = reader
-    any_sample = SampleState.Any | ViewState.Any | InstanceState.Any
-    waitset = WaitSet(participant)
-    conditions = {}
-    for key, reader in readers.items():
-        conditions[key] = ReadCondition(reader, SampleState.NotRead | ViewState.Any | InstanceState.Any)
-        waitset.attach(conditions[key])
-    del any_sample
+    readers = contact_readers(participant)
     program = started(footfall, arguments)
-    script = [sys.executable, __file__, "publish", str(domain), "reliable", samples, rate]
+    stamps = f"{result}.stamps"
+    script = [sys.executable, __file__, "publish", str(domain), "reliable", samples, rate, stamps]
     publisher = subprocess.Popen(script)
-    at = {kind: {foot: {} for foot in TOPICS} for kind in ("imu", "contact")}
+    written = {foot: {} for foot in TOPICS}
+
+    def collect(until):
+        while time.monotonic() < until:
+            time.sleep(0.01)
+            for foot, reader in readers.items():
+                for contact in taken(reader, Contact):
+                    at = contact.sample_info.source_timestamp
+                    written[foot][nanoseconds(contact.header.stamp)] = at
+
     # The first seconds find the topics and the rate.
-    begin = time.monotonic() + 5.0
-    end = begin + seconds
-    before = None
-    while time.monotonic() < end:
-        waitset.wait(duration(milliseconds=100))
-        now = time.time_ns()
-        for (kind, foot), reader in readers.items():
-            for sample in reader.take(1000):
-                if hasattr(sample, "header"):
-                    at[kind][foot][nanoseconds(sample.header.stamp)] = now
-        if before is None and time.monotonic() > begin:
-            before, since = cpu_seconds(program.pid), time.monotonic()
-            at = {kind: {foot: {} for foot in TOPICS} for kind in ("imu", "contact")}
+    collect(time.monotonic() + 5.0)
+    begin_ns, before, since = time.time_ns(), cpu_seconds(program.pid), time.monotonic()
+    collect(since + seconds)
+    end_ns = time.time_ns()
     share = (cpu_seconds(program.pid) - before) / (time.monotonic() - since)
-    publisher.kill()
+    # Those of the last samples.
+    collect(time.monotonic() + 2.0)
+    publisher.terminate()
     publisher.wait()
-    time.sleep(0.5)
-    for (kind, foot), reader in readers.items():
-        if kind == "contact":
-            for sample in reader.take(100_000):
-                if hasattr(sample, "header"):
-                    at[kind][foot].setdefault(nanoseconds(sample.header.stamp), None)
     errors = ended(program)
-    latencies, lost, sent = [], 0, 0
-    for foot in TOPICS:
-        contacts = at["contact"][foot]
-        # The last samples may be received after the end.
-        imus = sorted(at["imu"][foot].items())[: -int(float(rate) // 2)]
-        for stamp_ns, received in imus:
-            sent += 1
-            contact = contacts.get(stamp_ns)
-            if stamp_ns not in contacts:
-                lost += 1
-            elif contact is not None:
-                latencies.append((contact - received) / 1e6)
-    assert latencies, ({kind: list(map(len, feet.values())) for kind, feet in at.items()}, errors)
+    with open(stamps, encoding="utf-8") as file:
+        sent = json.load(file)
+    latencies, lost, count = [], 0, 0
+    for foot, of_foot in sent.items():
+        for stamp_ns in of_foot:
+            if begin_ns <= stamp_ns < end_ns:
+                count += 1
+                at = written[foot].get(stamp_ns)
+                if at is None:
+                    lost += 1
+                else:
+                    latencies.append((at - stamp_ns) / 1e6)
+    assert latencies, errors
     figures = {
         "rate_hz": float(rate),
         "seconds": seconds,
-        "samples": sent,
+        "samples": count,
         "lost": lost,
         "p50_ms": round(quantile(latencies, 0.5), 3),
         "p99_ms": round(quantile(latencies, 0.99), 3),
