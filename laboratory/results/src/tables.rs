@@ -65,6 +65,7 @@ const TEMPLATES: &[Template] = &[
     ("laboratory/nano/README.md", "nano", "nano", nano),
     ("python/README.md", "throughput", "throughput", throughput),
     ("docs/guide/fleet.md", "fleet", "fleet", fleet),
+    ("docs/guide/own-imus.md", "live", "live", live),
     ("CONTRIBUTING.md", "gate", "gate", gate),
 ];
 
@@ -920,6 +921,36 @@ fn throughput(result: &Stored) -> Result<String> {
         fixed(&values, "two_threads_to_one", 2)?,
         values.text("cpython")?,
         fixed(&values, "load_average_before", 1)?
+    );
+    Ok(format!("{}\n{}", table.0, filled(&text)))
+}
+
+fn live(result: &Stored) -> Result<String> {
+    let mut table = Table::new(&[
+        "four feet at, Hz",
+        "samples",
+        "lost",
+        "added, median, ms",
+        "99 of 100 within, ms",
+        "share of one core",
+    ]);
+    for row in result.rows() {
+        table.row([
+            fixed(&row, "rate_hz", 0)?,
+            grouped(&row, "samples")?,
+            count(&row, "lost")?,
+            fixed(&row, "p50_ms", 2)?,
+            fixed(&row, "p99_ms", 2)?,
+            fixed(&row, "cpu_share", 2)?,
+        ]);
+    }
+    let text = format!(
+        "`replay - --output -` prints the row of a line after {} ms (median), 99 of 100 within {} ms. Measured by \
+         [`live.py`](../../laboratory/benchmarks/live.py) at a raised priority; before it began, the load average of \
+         other programs was {}.",
+        fixed(&result.values(), "stream_p50_ms", 2)?,
+        fixed(&result.values(), "stream_p99_ms", 2)?,
+        fixed(&result.values(), "load_average_before", 1)?
     );
     Ok(format!("{}\n{}", table.0, filled(&text)))
 }

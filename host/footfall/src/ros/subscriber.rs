@@ -583,7 +583,7 @@ impl TopicLine {
                         readings: decoded.readings,
                         load: load.map(|(_, value)| Load(*value as f32)),
                     };
-                    imu.take(decoded.frame, sample, &self.wanted, &mut self.pending);
+                    imu.take(&decoded.frame, sample, &self.wanted, &mut self.pending);
                 }
                 Err(problem) => failed = Some(problem.to_string()),
             }
@@ -605,21 +605,21 @@ impl TopicImu {
     /// Processes a sample of a frame. If a topic has several frames, each is a foot, named by its frame.
     fn take(
         &mut self,
-        frame: String,
+        frame: &str,
         sample: LiveSample,
         wanted: &TopicFeet,
         pending: &mut VecDeque<Arrived>,
     ) {
-        if !self.frames.contains_key(&frame) {
-            let name = if self.frames.is_empty() { &self.foot.name } else { &frame };
+        if !self.frames.contains_key(frame) {
+            let name = if self.frames.is_empty() { self.foot.name.as_str() } else { frame };
             // Parameters were checked when the line was opened.
             let Ok(imu) = new_imu(&self.foot, name.trim_matches('/'), wanted) else { return };
             if self.frames.len() == 1 {
-                self.split(&frame, wanted, pending);
+                self.split(frame, wanted, pending);
             }
-            self.frames.insert(frame.clone(), imu);
+            self.frames.insert(frame.to_owned(), imu);
         }
-        if let Some(imu) = self.frames.get_mut(&frame) {
+        if let Some(imu) = self.frames.get_mut(frame) {
             imu.take(sample, pending);
         }
     }

@@ -49,9 +49,13 @@ pub struct ViewArguments {
     /// Port to listen on; 0 takes any free one
     #[arg(long, default_value_t = 8765)]
     pub port: u16,
-    /// Let pages of this origin connect, such as https://viewer.example; may be repeated. Pages of Foxglove and of this
-    /// machine, and programs, always may
-    #[arg(long, value_name = "ORIGIN")]
+    /// Origins of pages that may connect.
+    #[arg(
+        long,
+        value_name = "ORIGIN",
+        help = "Let pages of this origin connect, such as https://viewer.example; may be repeated. Pages of Foxglove \
+                and of this machine, and programs, always may"
+    )]
     pub allow_origin: Vec<String>,
     /// Stop after this time, or on Ctrl-C. The end of a played file does not stop it
     #[arg(long, value_name = "SECONDS", value_parser = parse_duration)]

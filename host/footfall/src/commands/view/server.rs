@@ -470,7 +470,6 @@ enum ClientError {
 fn serve_client(stream: TcpStream, shared: &Shared) -> Result<(), ClientError> {
     stream.set_nodelay(true)?;
     stream.set_write_timeout(Some(HANDSHAKE))?;
-    #[expect(clippy::result_large_err, reason = "the interface of tungstenite")]
     let check = |request: &Request, mut response: Response| -> Result<Response, ErrorResponse> {
         match shared.check(request) {
             Ok(protocol) => {
