@@ -70,7 +70,7 @@ pub fn gate() -> Result<()> {
     results::print_older()?;
 
     clock.heading("lints");
-    // With the package of Python, which the tests leave out.
+    // With the packages of bags and of Python, which the tests leave out.
     Step::cargo(&["clippy", "--locked", "--all-targets"])
         .with(["--workspace", "--exclude", "foot-stm32f405"])
         .with(DENY)
@@ -125,6 +125,7 @@ fn more_tests() -> Result<()> {
     install::for_gate()?;
     firmware::build_all()?;
     require_everything(Step::cargo(&["test", "--locked"])).with(PACKAGES).with(MORE_TESTS).run()?;
+    require_everything(Step::cargo(&["test", "--locked", "--package", "bags"])).run()?;
     require_everything(Step::cargo(&["test", "--locked"]))
         .with(LABORATORY)
         // Tests of the virtual board run the program against boards.
@@ -315,7 +316,8 @@ fn hosts() -> Result<()> {
         .run()
 }
 
-/// Long tests of the virtual board, with a program that has all features: recordings are bags.
+/// Long tests of the laboratory: of the virtual board, with a program that has all features because recordings are bags, and
+/// the measurements, among them instructions, processors and the Nano's emulator.
 fn boards() -> Result<()> {
     firmware::build_all()?;
     Step::cargo(&["build", "--locked", "--package", "footfall-program", "--features", "all"])
@@ -323,7 +325,7 @@ fn boards() -> Result<()> {
         .run()?;
     Step::cargo(&["test", "--locked", "--package", "virtual-board", "--no-fail-fast"])
         .with(LABORATORY)
-        .with(["--", "--ignored"])
+        .with(["--package", "measurements", "--", "--ignored"])
         .env("FOOTFALL_PROGRAM", root().join("target/full/debug/footfall"))
         .run()
 }
