@@ -551,7 +551,7 @@ struct footfall_serial_nmt {
 #define FOOTFALL_MAX_LOG 120
 /* A line of text. */
 struct footfall_serial_log {
-    /* 1 error, 2 warning, 3 information, 4 debugging. */
+    /* 1 error, 2 warning, 3 information. */
     uint8_t level;
     /* Bytes of the text. */
     uint8_t length;
