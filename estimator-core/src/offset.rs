@@ -17,8 +17,10 @@
 
 use crate::vector::Vec3;
 
-/// Time constant τ, s.
-const TIME_CONSTANT: f32 = 5.0;
+/// Time constant τ, s. With 6 s, and an offset that is learnt sooner, a run after a step of the gyroscope's bias has more
+/// false stances a minute later (`drift.rs` of the host's tests). With 8 s, one foot of a simulated robot that moves its body
+/// is not known in time.
+const TIME_CONSTANT: f32 = 7.0;
 
 /// Largest acceleration that counts, m/s²: the trembling of a stance must not outweigh the rest of it.
 const LARGEST_ACCELERATION: f32 = 0.5;
@@ -68,7 +70,7 @@ mod tests {
     #[test]
     fn acceleration_that_stays_in_stances_is_an_offset() {
         let offset = Vec3::new(0.3, -0.2, 0.1);
-        let error = (learnt(offset, 20) - offset).length();
+        let error = (learnt(offset, 30) - offset).length();
         assert!(error < 0.01, "{error}");
     }
 

@@ -214,7 +214,7 @@ where
             let mut record = self.pages.record(item);
             let _version = record.read::<HEAD>();
             let found = iter::from_fn(|| record.read()).find(|entry| address_of(entry) == wanted);
-            if record.is_as_found() {
+            if record.has_checksum_after_rest() {
                 return found.map(|[.., v0, v1, v2, v3]| u32::from_le_bytes([v0, v1, v2, v3]));
             }
         }
@@ -272,7 +272,7 @@ where
             Some([VERSION]) => (settings, Origin::Stored),
             _ => (Settings::default(), Origin::Corrupted),
         };
-        record.is_as_found().then_some(found)
+        record.has_checksum_after_rest().then_some(found)
     }
 }
 

@@ -422,7 +422,7 @@ impl<F: NorFlash> Record<'_, F> {
     }
 
     /// Reads the rest. Returns whether all bytes that were read match the checksum of the item.
-    pub(super) fn is_as_found(mut self) -> bool {
+    pub(super) fn has_checksum_after_rest(mut self) -> bool {
         while self.read::<1>().is_some() {}
         self.digest.finalize() == self.item.check
     }

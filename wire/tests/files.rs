@@ -1,11 +1,12 @@
 //! The files generated from the tables in the code are up to date: `footfall.eds`,
 //! `footfall.dbc` and the tables of `README.md`. `FOOTFALL_UPDATE=1` writes them again.
 
-mod files {
-    pub mod dbc;
-    pub mod eds;
-    pub mod tables;
-}
+#[path = "files/dbc.rs"]
+mod dbc;
+#[path = "files/eds.rs"]
+mod eds;
+#[path = "files/tables.rs"]
+mod tables;
 
 use std::path::PathBuf;
 use std::{env, fs};
@@ -28,14 +29,14 @@ fn check(name: &str, expected: &str) {
 
 #[test]
 fn the_eds_matches_the_dictionary() {
-    let eds = files::eds::generate();
+    let eds = eds::generate();
     assert!(eds.is_ascii(), "CiA 306 wants ASCII");
     check("footfall.eds", &eds);
 }
 
 #[test]
 fn the_dbc_matches_the_signals() {
-    let dbc = files::dbc::generate();
+    let dbc = dbc::generate();
     assert!(dbc.is_ascii(), "some readers take a DBC for CP1252");
     check("footfall.dbc", &dbc);
 }
@@ -43,5 +44,5 @@ fn the_dbc_matches_the_signals() {
 #[test]
 fn the_tables_of_the_readme_match_the_code() {
     let readme = fs::read_to_string(path("README.md")).expect("wire/README.md is there");
-    check("README.md", &files::tables::update(&readme));
+    check("README.md", &tables::update(&readme));
 }

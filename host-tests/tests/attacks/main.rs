@@ -182,10 +182,21 @@ fn samples_in_doubt_are_never_stable_and_gaps_never_raise_p() {
                         assert_eq!(risen.next(), None, "{}", context());
                     }
                 }
-                before = Some(estimate);
+                // Without a known motion P is 0, whatever it was before.
+                before = Some(match before {
+                    Some(before) if is_motion_unknown(&estimate) => {
+                        ContactEstimate { probabilities: before.probabilities, ..estimate }
+                    }
+                    _ => estimate,
+                });
             }
         }
     }
+}
+
+/// Returns whether nothing is known of the motion at this sample.
+fn is_motion_unknown(estimate: &ContactEstimate) -> bool {
+    all(&estimate.probabilities).iter().all(|p| *p == 0.0)
 }
 
 /// Of 900 such starts at all rates some take longer than ten steps, but all take less than half a minute.

@@ -162,7 +162,7 @@ impl ContactFeeds {
     pub(super) fn topics(&self) -> impl Iterator<Item = (String, usize)> {
         let counted = self.0.iter();
         counted
-            .map(|(foot, feed)| (format!("{foot}{CONTACT}"), feed.contacts.len()))
+            .map(|(foot, feed)| (format!("{foot}{CONTACT}"), feed.contacts.count()))
             .filter(|(_, contacts)| *contacts >= FEWEST)
     }
 

@@ -44,13 +44,13 @@ const FEWEST: usize = 8;
 
 /// Least share of the squares that r must explain.
 ///
-/// Of twelve walks of an Aliengo's feet in MuJoCo, whose IMUs are 51 mm from the ground, nine have 0.5 to 0.9 and give
-/// 46 to 62 mm. Three feet of a HyQReal1, which hardly turn, have 0.1 to 0.4 and give 35 to 62 mm in place of 34 mm.
+/// Of twelve walks of an Aliengo's feet in `MuJoCo`, whose IMUs are 51 mm from the ground, nine have 0.5 to 0.9 and give
+/// 46 to 62 mm. Three feet of a `HyQReal1`, which hardly turn, have 0.1 to 0.4 and give 35 to 62 mm in place of 34 mm.
 const LEAST_EXPLAINED: f64 = 0.5;
 
 /// Largest difference of r between the first and the second half of the stances, as a part of its length.
 ///
-/// Eight of the Aliengo's nine have 0.04 to 0.25, the foot of a HyQReal1 that explains enough 0.5, and seven walks with
+/// Eight of the Aliengo's nine have 0.04 to 0.25, the foot of a `HyQReal1` that explains enough 0.5, and seven walks with
 /// a shoe 0.5 to 1.
 const LARGEST_DIFFERENCE: f64 = 0.4;
 
@@ -202,8 +202,8 @@ impl LeverCalibration {
         let rms = |square: f64| (square.max(0.0) / all.count.max(1.0)).sqrt();
         let (vector, after) = fitted.unwrap_or((Vector::default(), before));
         let (residual_before, residual_after) = (rms(before), rms(after));
-        // A NaN is not explained.
-        if !(1.0 - after / before >= LEAST_EXPLAINED) {
+        let explained = 1.0 - after / before;
+        if explained.is_nan() || explained < LEAST_EXPLAINED {
             return Err(LeverError::Unexplained { before: residual_before, after: residual_after });
         }
         let length = vector.length();

@@ -345,7 +345,7 @@ fn joined(named: Vec<UsbPort>, described: Vec<UsbPort>) -> Vec<UsbPort> {
         |found: &UsbPort| fs::canonicalize(&found.port).unwrap_or(found.port.clone().into());
     let places: Vec<PathBuf> = named.iter().map(place).collect();
     let unnamed = described.into_iter().filter(|found| !places.contains(&place(found)));
-    let mut feet: Vec<UsbPort> = named.iter().cloned().chain(unnamed).collect();
+    let mut feet: Vec<UsbPort> = named.into_iter().chain(unnamed).collect();
     feet.sort();
     feet
 }

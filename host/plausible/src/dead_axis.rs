@@ -75,7 +75,9 @@ mod tests {
 
     #[test]
     fn axis_without_readings_is_dead() {
-        let kill: [(fn(&mut Vec3, &mut Vec3), &str); 4] = [
+        /// Silences an axis of a force and a rate.
+        type Kill = fn(&mut Vec3, &mut Vec3);
+        let kill: [(Kill, &str); 4] = [
             (|_, w| w.y = 0.0, "wy"),
             (|_, w| w.z = 0.0, "wz"),
             (|a, _| a.x = 0.0, "ax"),

@@ -123,7 +123,7 @@ impl Contacts {
     }
 
     /// Number of contacts.
-    pub const fn len(&self) -> usize {
+    pub const fn count(&self) -> usize {
         self.spool.len()
     }
 
@@ -232,7 +232,7 @@ mod tests {
             assert!(contacts.push(&contact(k)).unwrap());
             assert!(!contacts.push(&contact(k / 2)).unwrap(), "not after it");
         }
-        assert_eq!(contacts.len(), 100);
+        assert_eq!(contacts.count(), 100);
         assert_eq!(
             contacts.span_and_rate(),
             Some(SpanAndRate { first_us: -2500, last_us: 96_500, rate: 1000.0 })

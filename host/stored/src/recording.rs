@@ -44,7 +44,7 @@ impl Stored {
         let clock = self.clock_of_samples();
         let about = &mut self.about;
         (about.start_us, about.sample_rate) = (first_us, rate);
-        about.samples = contacts.len();
+        about.samples = contacts.count();
         about.duration_us = last_us.abs_diff(first_us);
         self.contacts = Some(UsedContacts { contacts, clock });
         true

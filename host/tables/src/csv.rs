@@ -747,7 +747,7 @@ mod tests {
 
     /// Rows of feet, each with its time in ms.
     fn rows_of(column: &str, rows: impl Iterator<Item = (String, u32)>) -> String {
-        let row = |(foot, ms): (String, u32)| format!("{}e-3,1,2,3,4,5,6,{foot}\n", ms);
+        let row = |(foot, ms): (String, u32)| format!("{ms}e-3,1,2,3,4,5,6,{foot}\n");
         format!("t,ax,ay,az,wx,wy,wz,{column}\n{}", rows.map(row).collect::<String>())
     }
 

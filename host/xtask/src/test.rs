@@ -10,7 +10,7 @@ use crate::install::{self, Tool};
 
 /// Packages of the tests. They are compiled as one selection, so that nothing is compiled twice: the features of shared
 /// dependencies are those of all packages together. An installed package tests that of Python. The readers of bags would
-/// give the program under test a feature that it has not by default, and compile SQLite: the gate tests them by themselves.
+/// give the program under test a feature that it has not by default, and compile `SQLite`: the gate tests them by themselves.
 pub const PACKAGES: [&str; 7] = [
     "--workspace",
     "--exclude",

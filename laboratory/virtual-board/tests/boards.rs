@@ -15,6 +15,9 @@ use wire::{Address, Value};
 /// Time in which the sensor starts and tests itself, ms.
 const STARTING_MS: u64 = 100;
 
+/// Additional time in which a board whose wires are not known tries the faster clock of its bus, ms.
+const TRYING_MS: u64 = 100;
+
 /// Boots an ELF on a board, at rest.
 fn boot(elf: &[u8], wiring: &'static Wiring) -> Board {
     let options = BoardOptions { wiring: Some(wiring), load: 2000, ..BoardOptions::default() };
@@ -51,7 +54,8 @@ fn samples_of_every_board_have_times_and_bits_of_their_edges() {
         let least = compared.min(over_can) + 100;
         assert!(least > run.milliseconds, "{}: {least}", wiring.name);
         // A sample is found by the time of its edge, to 2 µs; there is none until the sensor has started.
-        assert!(measured + STARTING_MS > compared, "{}: {measured}", wiring.name);
+        let trying = if wiring.name == "feather" { TRYING_MS } else { 0 };
+        assert!(measured + STARTING_MS + trying > compared, "{}: {measured}", wiring.name);
         assert_eq!(report["parity_mismatches"], 0, "{}", wiring.name);
     }
 }

@@ -297,7 +297,7 @@ fn largest_costs_are_measured_by_the_board() {
 fn a_cut_restore_leaves_the_old_settings_or_the_defaults() {
     let Some(elf) = product() else { return };
     let mut kept = [0; 2];
-    for operation in 1..=4 {
+    for operation in 1..=12 {
         let mut rig = ready(&elf);
         set_scale(&mut rig, 5.0);
         rig.write(index::LOAD_INPUT, 3, 7.0_f32.to_bits());

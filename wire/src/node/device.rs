@@ -321,7 +321,7 @@ impl DeviceObjects<'_> {
                 };
                 match command {
                     Calibration::Keep => {
-                        self.device.settings.set_learnt(Some(self.published.learnt))?
+                        self.device.settings.set_learnt(Some(self.published.learnt))?;
                     }
                     Calibration::Forget => {
                         self.device.settings.set_learnt(None)?;

@@ -1,6 +1,7 @@
 //! Write protection of the bootloader's sectors by option bytes, which the program writes.
 
 use virtual_board::emulator::board::Injection;
+use virtual_board::emulator::memory::OPTIONS;
 use virtual_board::emulator::part::flash::Protection;
 use virtual_board::emulator::part::rcc::ResetCause;
 use virtual_board::emulator::wiring::Wiring;
@@ -36,8 +37,12 @@ fn switch_off_and_on(master: &mut Master) {
 
 /// Lifts the write protection, as a probe does.
 fn lift_protection(master: &mut Master) {
-    let flash = &mut master.board.cpu().machine().chip.flash;
-    *flash = flash.clone().with_protection(Protection::None);
+    let option_bytes = {
+        let mut machine = master.board.cpu().machine();
+        machine.chip.flash = machine.chip.flash.clone().with_protection(Protection::None);
+        machine.chip.flash.option_bytes()
+    };
+    master.board.cpu().memory().write(OPTIONS.start, &option_bytes);
 }
 
 /// Protected sectors, brown-out level, and byte of the readout protection.
