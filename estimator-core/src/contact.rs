@@ -89,7 +89,7 @@ impl ContactEstimator {
 
     /// Angular rate at rest that has not been accepted as the gyroscope's bias for five seconds, or the bias if the
     /// corrections of a walk have led beyond its limit for as long; rad/s, frame of the foot. `None` if there is no such
-    /// rate, and with [`Gravity::Removed`].
+    /// rate, and with [`Gravity::Removed`](crate::Gravity::Removed).
     ///
     /// Either the gyroscope is beyond its data sheet, or the ground turns.
     #[must_use]
@@ -123,7 +123,7 @@ impl ContactEstimator {
     }
 
     /// Length of the mean specific force, m/s², if no foot can have it; `None` while it is plausible or unknown, and
-    /// with [`Gravity::Removed`].
+    /// with [`Gravity::Removed`](crate::Gravity::Removed).
     ///
     /// A value shows that the readings have another unit, such as 1 in g or 1,000 in mg, or that the full scale is not
     /// the assumed one. It is given for a mean outside of 7 to 12.6 m/s² at rest, or outside of 1.5 to 60 m/s² over
@@ -142,7 +142,7 @@ impl ContactEstimator {
     }
 
     /// Bias of the gyroscope, rad/s, frame of the foot, as in [`ContactEstimate::gyro_bias`]; `None` until the foot has
-    /// been at rest, and with [`Gravity::Removed`].
+    /// been at rest, and with [`Gravity::Removed`](crate::Gravity::Removed).
     #[must_use]
     pub fn gyro_bias(&self) -> Option<AngularRate> {
         self.pipeline.attitude.known_bias()

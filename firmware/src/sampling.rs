@@ -26,7 +26,7 @@
 //! - a status that no part sends.
 //!
 //! A board with wires of unknown quality starts below the speed for which it is made. At each start of the sensor the next
-//! faster speed is tried before the first sample: every register of the configuration is read back [`TRIALS`] times. A
+//! faster speed is tried before the first sample: every register of the configuration is read back 32 times. A
 //! speed with a wrong reading, and one that was halved, is not tried again.
 //!
 //! **Lost edges.** If edges are missing but samples are new, the fault is in the line of the edges. Samples are then

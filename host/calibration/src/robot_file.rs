@@ -1,4 +1,4 @@
-//! Configuration file written by a calibration, in the form that [`config`](config) reads.
+//! Configuration file written by a calibration, in the form that the crate `config` reads.
 
 use std::collections::BTreeMap;
 

@@ -26,7 +26,7 @@ pub fn tidy_up_when_interrupted() {
 const GRACE: Duration = Duration::from_secs(5);
 
 /// Makes the first interruption request an orderly end, reported by [`is_interrupted`]. The next interruption exits
-/// at once, as does the program if it has not ended after [`GRACE`].
+/// at once, as does the program if it has not ended after some seconds.
 pub fn finish_when_interrupted() {
     INTERRUPTION.store(FINISHES, Ordering::Relaxed);
 }

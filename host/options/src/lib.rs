@@ -4,7 +4,7 @@
 //! | part | module |
 //! |---|---|
 //! | all options of a file | [`InputOptions`] |
-//! | formats by name | [`format`] |
+//! | formats by name | [`mod@format`] |
 //! | units of readings and times, factors, treatment of times | [`units`] |
 //! | columns by our names, and the names that other programs give them | [`columns`], [`mapping`], [`names`] |
 //! | topics of feet and of their loads | [`topics`] |

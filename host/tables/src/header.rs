@@ -24,7 +24,7 @@ const LEAST_WORDS: usize = 6;
 const AXES: usize = 6;
 
 /// Checks that a table of no given format is a `csv`: its first row has one of our names, even in a malformed header,
-/// or it [has a header](has_header). The reader reports other errors in the header.
+/// or it has a header. The reader reports other errors in the header.
 ///
 /// # Errors
 /// The table is empty, or its first row does not show the columns.

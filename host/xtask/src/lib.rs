@@ -2,7 +2,7 @@
 //!
 //! | module | contents |
 //! |---|---|
-//! | [`test`], [`quick`] | the product's tests, and a check of what differs; with [`packages`] |
+//! | [`mod@test`], [`quick`] | the product's tests, and a check of what differs; with [`packages`] |
 //! | [`install`] | tools that this machine lacks |
 //! | [`firmware`], [`hex`], [`image`], [`uf2`] | programs of the boards, and their files |
 //! | [`library`] | the estimator for programs in C |
