@@ -156,8 +156,9 @@ fn first_command_target() -> PathBuf {
 fn first_command() -> Result<()> {
     /// Package of the first command, as a unit of processor time.
     const UNIT: &str = "clap_builder";
-    /// A quarter more than was measured: 13.5 to 14.3, on one machine at different loads.
-    const BUDGET_UNITS: f64 = 18.0;
+    /// A tenth more than was measured: 17.6, with the topics and the checks that came since 14.3. Loads of one machine differ
+    /// by 3 %.
+    const BUDGET_UNITS: f64 = 19.5;
     const SIZE_BUDGET_MB: f64 = 16.0;
     let tree = ["tree", "--locked", "--package", "footfall-program", "--edges", "normal,build"];
     let listed = Step::cargo(&tree).with(["--prefix", "none", "--no-dedupe"]).output()?;
