@@ -27,7 +27,7 @@ unsafe impl critical_section::Impl for Alone {
 
 #[entry]
 fn main() -> ! {
-    let outcome = self_check::PRESETS.iter().try_for_each(|preset| check(preset));
+    let outcome = self_check::PRESETS.iter().try_for_each(check);
     match outcome {
         Ok(()) => debug::exit(debug::EXIT_SUCCESS),
         Err(error) => {

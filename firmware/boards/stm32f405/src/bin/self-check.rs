@@ -13,7 +13,7 @@ use stm32_metapac as _;
 
 #[entry]
 fn main() -> ! {
-    let outcome = self_check::PRESETS.iter().try_for_each(|preset| check(preset));
+    let outcome = self_check::PRESETS.iter().try_for_each(check);
     match outcome {
         Ok(()) => debug::exit(debug::EXIT_SUCCESS),
         Err(error) => {
