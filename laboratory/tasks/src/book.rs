@@ -185,8 +185,8 @@ mod tests {
     use super::*;
 
     fn rewritten(text: &str) -> String {
-        let pages = HashSet::from(["README.md".to_owned(), "docs/guide/live.md".to_owned()]);
-        let page = "docs/guide/live.md";
+        let pages = HashSet::from(["README.md".to_owned(), "docs/guide/watch.md".to_owned()]);
+        let page = "docs/guide/watch.md";
         with_targets(text, |target| Some(resolve(target, page, &pages)))
     }
 
