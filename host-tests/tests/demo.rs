@@ -1,4 +1,4 @@
-//! The README's picture.
+//! The picture of the demo's walk.
 
 use config::default_params;
 use footfall::plot;

@@ -1,11 +1,16 @@
 //! Pictures of the documents. `cargo xtask pictures` draws them again.
 
+use std::ops::Range;
+
 use config::default_params;
 use estimator_core::{ContactEstimate, Flag, Validity};
+use footfall::plot::RecordingPlot;
 use gait::plan::DEMO_SEED;
 use gait::{Plan, SensorParams, record};
 use host_tests::committed::{assert_current, workspace};
 use host_tests::drawing::{Panel, board_on_the_foot, flags, way_of_a_sample};
+use host_tests::sets::Set;
+use replay::events::Events;
 use samples::estimate::estimates_of;
 
 /// Interval between two points of a curve, samples.
@@ -73,4 +78,24 @@ fn picture_shows_the_way_of_a_sample() {
 #[test]
 fn picture_shows_the_board_on_the_foot() {
     assert_picture("mounting.svg", &board_on_the_foot());
+}
+
+/// The README's picture: the first steps of a real robot, with the force that the estimate does not use.
+#[test]
+fn picture_shows_the_first_steps_of_a_go1() {
+    const SPAN_S: Range<f64> = 13.0..20.0;
+    let Some(walks) = Set::Go1.read() else { return };
+    let recording = &walks[0].recording;
+    let estimates = estimates_of(recording, &default_params()).expect("the preset");
+    let mut figure = RecordingPlot::new("A foot of a GO1", 0, &recording.load_title, SPAN_S);
+    let mut events = Events::default();
+    for (sample, estimate) in recording.samples.iter().zip(&estimates) {
+        events.add(estimate);
+        let new: Vec<_> = std::iter::from_fn(|| events.pop()).collect();
+        if SPAN_S.contains(&sample.time_s()) {
+            figure.add(sample, estimate);
+            new.iter().for_each(|event| figure.add_event(event));
+        }
+    }
+    assert_picture("go1.svg", &figure.svg().expect("a picture"));
 }

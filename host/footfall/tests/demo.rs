@@ -6,7 +6,12 @@ use crate::common::{Bench, read};
 fn demo_without_input_writes_all_results() {
     let bench = Bench::new();
     let summary = bench.stdout("");
-    assert!(summary.contains("labels   RMSE "), "{summary}");
+    let page = include_str!("../../../README.md");
+    let (_, shown) = page.split_once("```text\n").expect("a block of output");
+    for line in shown.lines().take_while(|line| *line != "```") {
+        assert!(summary.contains(line), "the README shows: {line}\nprinted: {summary}");
+    }
+    assert!(shown.starts_with("demo walk"), "{shown}");
     assert_eq!(bench.files(), ["footfall-demo"]);
     let directory = bench.path("footfall-demo");
     assert!(read(&directory.join("plot.svg")).starts_with("<svg"));
