@@ -90,6 +90,12 @@ pub fn image(elf: &[u8], origin: &ProgramOrigin, key: &[u8; 32]) -> Result<Vec<u
     Ok(image)
 }
 
+/// Public half of a private key, for the bootloader.
+#[must_use]
+pub fn public_key(key: &[u8; 32]) -> [u8; 32] {
+    salty::Keypair::from(key).public.to_bytes()
+}
+
 /// Bytes of the slot that the ELF fills, from the header to the last one, in whole words.
 fn contents(elf: &[u8]) -> Result<Vec<u8>, ImageError> {
     let start = Slot::Running.start();

@@ -1,11 +1,12 @@
 //! Makes the image of a board's program, which an update sends.
 
 use std::fs;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow};
 use bootloader::image::Sources;
-use program_images::{DEVELOPMENT_KEY, ProgramOrigin, image};
+use program_images::{DEVELOPMENT_KEY, ProgramOrigin, image, public_key};
 
 use crate::command::{Step, root};
 use crate::firmware::{self, Board};
@@ -31,18 +32,11 @@ pub fn run(
 /// # Errors
 /// A file cannot be read or written, or the ELF is not a program.
 pub fn write(elf: &Path, key: Option<&Path>, sequence: Option<u32>, output: &Path) -> Result<()> {
-    let read = |path: &Path| fs::read(path).with_context(|| path.display().to_string());
-    let key = match key {
-        None => *DEVELOPMENT_KEY,
-        Some(path) => {
-            let key = <[u8; 32]>::try_from(read(path)?);
-            let (file, expected) = (path.display(), "expected 32");
-            key.map_err(|key| anyhow!("{file}: a key of {} bytes, {expected}", key.len()))?
-        }
-    };
+    let key = key.map_or(Ok(*DEVELOPMENT_KEY), read_key)?;
     let mut origin = origin()?;
     origin.sequence = sequence.unwrap_or(origin.sequence);
-    let image = image(&read(elf)?, &origin, &key).with_context(|| elf.display().to_string())?;
+    let program = fs::read(elf).with_context(|| elf.display().to_string())?;
+    let image = image(&program, &origin, &key).with_context(|| elf.display().to_string())?;
     fs::write(output, &image).with_context(|| output.display().to_string())?;
     let hash = image.get(44..48).and_then(|bytes| bytes.try_into().ok());
     let number = u32::from_le_bytes(hash.unwrap_or_default());
@@ -53,6 +47,28 @@ pub fn write(elf: &Path, key: Option<&Path>, sequence: Option<u32>, output: &Pat
         origin.sequence
     );
     archive(elf, number)
+}
+
+/// Reads a private or public key, 32 bytes.
+///
+/// # Errors
+/// The file cannot be read, or has another length.
+pub fn read_key(path: &Path) -> Result<[u8; 32]> {
+    let key = fs::read(path).with_context(|| path.display().to_string())?;
+    let (file, expected) = (path.display(), "expected 32");
+    <[u8; 32]>::try_from(key)
+        .map_err(|key| anyhow!("{file}: a key of {} bytes, {expected}", key.len()))
+}
+
+/// Writes the public half of the private key in `private`, which the variable `FOOTFALL_KEY` names when the bootloader is
+/// built.
+///
+/// # Errors
+/// A file cannot be read or written, or `public` is there already.
+pub fn write_public_key(private: &Path, public: &Path) -> Result<()> {
+    let key = public_key(&read_key(private)?);
+    let file = fs::File::create_new(public).and_then(|mut file| file.write_all(&key));
+    file.with_context(|| public.display().to_string())
 }
 
 /// Copies an ELF under the number that object 0x1F56 of its foot shows: a crash address needs the very ELF.

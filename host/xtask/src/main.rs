@@ -63,6 +63,13 @@ enum Task {
         #[arg(long, value_name = "FILE")]
         output: Option<PathBuf>,
     },
+    /// Writes the public half of a private key, 32 bytes, for a bootloader that accepts no other program.
+    PublicKey {
+        /// File with the private key.
+        private: PathBuf,
+        /// The file to write.
+        public: PathBuf,
+    },
     /// Packs the estimator for programs in C, for all processors, in `dist`.
     Library {
         /// Builds a folder for only this target of the Rust compiler, which the archive may lack.
@@ -106,6 +113,7 @@ fn run(task: Task) -> Result<()> {
         Task::Image { board, key, sequence, output } => {
             image::run(&board, key.as_deref(), sequence, output)
         }
+        Task::PublicKey { private, public } => image::write_public_key(&private, &public),
         Task::Library { target } => {
             let dist = command::root().join("dist");
             std::fs::create_dir_all(&dist)?;

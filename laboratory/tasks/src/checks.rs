@@ -11,6 +11,7 @@ use xtask::firmware::{self, Board};
 use xtask::test::{LABORATORY, PACKAGES};
 use xtask::{hex, uf2};
 
+use crate::requirements::Purpose;
 use crate::{book, crates, install, panics, python, release, socketcan};
 
 /// Programs of tests that cargo runs only by their names: they take minutes, or read what programs of others write.
@@ -210,7 +211,7 @@ const PARTS: [Part; 11] = [
     ("benches", benches),
     ("book", || book::run().map(drop)),
     ("crates", crates::run),
-    ("release", || release::run(None)),
+    ("release", || release::run(None, Purpose::Draft)),
 ];
 
 /// Names of the parts of the full checks.

@@ -5,7 +5,7 @@
 //! | `gate`, `full` | [`checks`]: the tiers of checks beyond `.ci/test`, with [`install`], [`panics`], [`python`], [`crates`], [`socketcan`] |
 //! | `results`, `measure` | [`results`]: measured figures, and the documents that show them; [`measure`]: the time that the gate takes |
 //! | `book` | [`book`]: the documents with search |
-//! | `release` | [`release`]: files for users |
+//! | `release` | [`release`]: files for users, and their [`requirements`] |
 
 mod book;
 mod checks;
@@ -16,6 +16,7 @@ mod measure;
 mod panics;
 mod python;
 mod release;
+mod requirements;
 mod socketcan;
 
 use std::path::PathBuf;
@@ -23,6 +24,8 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
+
+use crate::requirements::Purpose;
 
 #[derive(Parser)]
 #[command(about = "Checks and measures the product, and builds releases", version)]
@@ -80,6 +83,9 @@ enum Task {
         /// This part alone.
         #[arg(long, value_enum, value_name = "PART")]
         only: Option<release::Part>,
+        /// Builds the files without an address and with the development key, to look at them. They are not for users.
+        #[arg(long)]
+        draft: bool,
     },
 }
 
@@ -117,6 +123,8 @@ fn run(task: Task) -> Result<()> {
             Ok(())
         }
         Task::Panics { elf, print } => panics::run(&elf, print),
-        Task::Release { only } => release::run(only),
+        Task::Release { only, draft } => {
+            release::run(only, if draft { Purpose::Draft } else { Purpose::Users })
+        }
     }
 }

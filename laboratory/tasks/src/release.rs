@@ -14,6 +14,8 @@ use xtask::command::{Step, remove_folder, root};
 use xtask::firmware::{self, Board};
 use xtask::{hex, image, library, uf2};
 
+use crate::requirements::{self, Keys, Purpose};
+
 /// Machines with a program and a wheel; the program is static, so it runs on any Linux of the machine.
 const MACHINES: [Machine; 2] = [
     Machine {
@@ -116,8 +118,20 @@ pub enum Part {
 /// Builds the files of a release, or of a part of it, in `dist`, which is emptied first.
 ///
 /// # Errors
-/// A result was measured on another ELF, a tool cannot be installed, a build fails, or a file cannot be written.
-pub fn run(only: Option<Part>) -> Result<()> {
+/// The project has no address, or no key for users, unless the files are a draft. A result was measured on another ELF, a tool cannot be installed, a build fails, or a file cannot be written.
+pub fn run(only: Option<Part>, purpose: Purpose) -> Result<()> {
+    // The program for another system has no firmware, so its job needs no key.
+    let keys = match (purpose, only) {
+        (Purpose::Draft, _) => None,
+        (Purpose::Users, Some(Part::Native | Part::Bills)) => {
+            requirements::check_address()?;
+            None
+        }
+        (Purpose::Users, Some(Part::Firmware) | None) => {
+            requirements::check_address()?;
+            Some(Keys::from_environment()?)
+        }
+    };
     if only.is_none() {
         // As tests build them, in the folder that digests are computed from.
         firmware::build_all()?;
@@ -145,7 +159,7 @@ pub fn run(only: Option<Part>) -> Result<()> {
         }
         write_bills(&dist)?;
     }
-    build_firmware(&dist)?;
+    build_firmware(&dist, keys.as_ref())?;
     for file in FROM_REPOSITORY {
         copy(&root().join(file), &dist)?;
     }
@@ -287,7 +301,7 @@ fn build_wheel(machine: &Machine, tools: &Path, dist: &Path) -> Result<()> {
 
 /// Builds the firmware of each board and writes its ELF, which the debug probe and the log need; its image, for updates;
 /// HEX and `DfuSe` of bootloader and program, for an empty chip.
-fn build_firmware(dist: &Path) -> Result<()> {
+fn build_firmware(dist: &Path, keys: Option<&Keys>) -> Result<()> {
     let folders = firmware::folders()?;
     let arguments = firmware::remap(&folders);
     for board in Board::all()? {
@@ -297,7 +311,11 @@ fn build_firmware(dist: &Path) -> Result<()> {
             let name = || built.display().to_string();
             firmware::check_names(&fs::read(built)?, &folders).with_context(name)?;
         }
-        image::write(&elf, None, None, &elf.with_extension("img"))?;
+        if let Some(keys) = keys {
+            keys.check_bootloader(&bootloader)?;
+        }
+        let private = keys.map(|keys| keys.private.as_path());
+        image::write(&elf, private, None, &elf.with_extension("img"))?;
         fs::copy(&elf, elf.with_extension("elf"))?;
         hex::run(&elf, Some(&bootloader))?;
         for extension in ["elf", "img", "hex", "dfu"] {
