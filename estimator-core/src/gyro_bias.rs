@@ -222,6 +222,7 @@ impl BiasEstimator {
         self.rested = self.bias;
         self.source = Source::Rest;
         self.error = Vec3::ZERO;
+        self.unfollowed = 0.0;
         if distance_squared < GATE * GATE {
             self.opening = 0.0;
         }
@@ -541,6 +542,20 @@ mod tests {
         let excess = foot.excess().expect("reported").x / DEGREE;
         assert_near(excess, 14.0, 0.03);
         foot.follow(-turn, DT);
+        assert_eq!(foot.excess(), None);
+    }
+
+    #[test]
+    fn rest_that_is_learnt_ends_the_report_of_corrections() {
+        let mut foot = foot();
+        feed(&mut foot, 0.1, 10.0);
+        let turn = Vec3::new(-20.0 * DEGREE * DT, 0.0, 0.0);
+        (0..12_000).for_each(|_| foot.follow(turn, DT));
+        assert!(foot.excess().is_some());
+        // As at the rest before, and then no corrections contradict it.
+        jolt(&mut foot);
+        assert_near(feed(&mut foot, 0.1, 6.0), 0.1, 0.03);
+        (0..1_000).for_each(|_| foot.follow(Vec3::ZERO, DT));
         assert_eq!(foot.excess(), None);
     }
 
