@@ -2,6 +2,7 @@
 
 use estimator_core::any::{AnyConfig, AnyEstimator};
 use estimator_core::correction::AccelerometerCorrection;
+use estimator_core::half_widths::WindowLength;
 use estimator_core::mounting::Mounting;
 use estimator_core::{ContactEstimate, Gravity, ImuSample, Learnt, Load, Stream};
 use lsm6dsox::scale::DEGREE;
@@ -51,7 +52,7 @@ impl Estimation {
     }
 
     /// Estimates from a sample along the sensor's axes. A new estimator, if one was requested, has the parameters of
-    /// `settings`, and takes a sample each `tick_us`.
+    /// `settings`, and takes a sample each `tick_us`. A window that is shorter holds one sample.
     pub(crate) fn update(
         &mut self,
         mut sample: ImuSample,
@@ -72,6 +73,10 @@ impl Estimation {
         let mut params = settings.params();
         if renewal == Renewal::Continue {
             params.params.learnt = Some(self.learnt());
+        }
+        // Settings allow a window of a millisecond, which contains no sample if the ticks are slower.
+        if let WindowLength::Duration(seconds) = &mut params.half_widths.window {
+            *seconds = seconds.max(1.0e-6 * tick_us as f32);
         }
         let stream = Stream::new(1.0e6 / tick_us as f32, Gravity::Included);
         if let Ok(config) = stream.and_then(|stream| params.validate(stream)) {

@@ -245,8 +245,23 @@ fn a_tick_without_a_sample_is_alive_only_with_an_explanation() {
 #[test]
 fn slow_ticks_without_can_are_no_gaps() {
     let every_10_ms = (Address::new(index::UART_STREAMS, 1), Value::U16(10));
-    let foot = Foot::new(settings(&[every_10_ms]), Start::default());
-    let mut foot = foot.expect("the defaults");
+    // Four ticks are nearest to the period.
+    assert_eq!(contacts_of_slow_ticks(settings(&[every_10_ms])), 250);
+}
+
+#[test]
+fn window_shorter_than_a_slow_tick_holds_one_sample() {
+    let half_widths = (Address::new(index::ESTIMATION, 1), Value::U8(1));
+    for window_us in [1_000, 1_199, 1_201, 2_399] {
+        let window = (WINDOW, Value::U32(window_us));
+        assert_eq!(contacts_of_slow_ticks(settings(&[half_widths, window])), 1_000);
+    }
+}
+
+/// Contacts that a foot without CAN sends in 1000 ticks of 2.4 ms, none of which has a gap before it.
+fn contacts_of_slow_ticks(settings: Settings) -> usize {
+    let foot = Foot::new(settings, Start::default());
+    let mut foot = foot.expect("allowed settings");
     foot.disable_can(2_400);
     let ports = Ports::new();
     let mut contacts = 0;
@@ -267,6 +282,5 @@ fn slow_ticks_without_can_are_no_gaps() {
             }
         }
     }
-    // Four ticks are nearest to the period.
-    assert_eq!(contacts, 250);
+    contacts
 }
