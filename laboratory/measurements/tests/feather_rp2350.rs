@@ -1,5 +1,5 @@
-//! The program of the Feather RP2350, as its UF2 file. No emulator of the chip runs it: these tests check only that the chip's
-//! ROM can take it and find its start, as the data sheet of the RP2350 and Microsoft's description of UF2 say.
+//! The program of the Feather RP2350, as its UF2 file: the chip's ROM can take it and find its start, as the data sheet of the
+//! RP2350 and Microsoft's description of UF2 say. `laboratory/rp2350` runs it.
 
 use std::collections::BTreeMap;
 use std::fs;

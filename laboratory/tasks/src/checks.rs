@@ -318,8 +318,8 @@ fn hosts() -> Result<()> {
         .run()
 }
 
-/// Long tests of the laboratory: of the virtual board, with a program that has all features because recordings are bags, and
-/// the measurements, among them instructions, processors and the Nano's emulator.
+/// Long tests of the laboratory: of the virtual board, with a program that has all features because recordings are bags, of
+/// the measurements, among them instructions, processors and the Nano's emulator, and of the RP2350's emulator.
 fn boards() -> Result<()> {
     firmware::build_all()?;
     Step::cargo(&["build", "--locked", "--package", "footfall-program", "--features", "all"])
@@ -329,7 +329,8 @@ fn boards() -> Result<()> {
         .with(LABORATORY)
         .with(["--package", "measurements", "--", "--ignored"])
         .env("FOOTFALL_PROGRAM", root().join("target/full/debug/footfall"))
-        .run()
+        .run()?;
+    Step::cargo(&["test", "--locked", "--manifest-path", "laboratory/rp2350/Cargo.toml"]).run()
 }
 
 /// Checks that the targets of fuzzing compile; fuzzing itself needs a nightly compiler.
