@@ -45,7 +45,7 @@ const READ: u32 = 1 << 8;
 const STOP: u32 = 1 << 9;
 const RESTART: u32 = 1 << 10;
 
-/// Nobody acknowledged the address.
+/// Abort: the address was not acknowledged.
 const ABRT_7B_ADDR_NOACK: u32 = 1;
 
 /// Address of the sensor with a low SA0.
