@@ -2,7 +2,7 @@
 //!
 //! [`LiveDecoder`] keeps the sequence numbers of each line and combines the frames of a sample. A contact is
 //! returned once it is final, which is when its foot has sent the next one, a millisecond later. The output of a foot on a
-//! serial line is returned once its first health message has named it, or 0.2 s later.
+//! serial line is returned once its first health message has named it, or once it has sent none for 0.2 s on its clock.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -168,7 +168,9 @@ impl LiveDecoder {
             decoder: Decoder::new(),
             rows: UartDecoder::new(&self.can.known, &line),
             held: HeldBack::default(),
+            newest: at,
         });
+        serial.newest = at;
         for byte in bytes {
             let frame = match serial.decoder.push(*byte) {
                 None => continue,
@@ -191,15 +193,20 @@ impl LiveDecoder {
                 (None, Message::ConfigResponse(answer)) => MessageBody::Answer(answer),
                 (None, _) => continue,
             };
+            let sampled = match &body {
+                MessageBody::Contact(row) => Some(row.timestamp),
+                MessageBody::Raw(raw) => Some(raw.timestamp),
+                _ => None,
+            };
             let foot = FootKey { line: Arc::clone(&line), node: serial.rows.node.map(NodeId::get) };
             let message = FootMessage { at, foot, body };
             if matches!(message.body, MessageBody::Answer(_)) {
                 // Whoever has sent the request waits for it.
                 self.messages.push_back(message);
             } else {
-                serial.held.push(message, at);
+                serial.held.push(message, sampled);
             }
-            let known = serial.held.take_if(&serial.rows, at);
+            let known = serial.held.take_if(&serial.rows);
             self.messages.extend(serial.released(known));
         }
     }
@@ -216,8 +223,9 @@ impl LiveDecoder {
     /// Advances the time to `now` without reception: a contact whose timeout has expired is released.
     pub fn idle(&mut self, now: Timestamp) {
         for serial in self.serial.values_mut() {
-            let known = serial.held.take_if(&serial.rows, now);
-            self.messages.extend(serial.released(known));
+            let silent_us = now.as_micros().saturating_sub(serial.newest.as_micros());
+            let held = serial.held.take_after(silent_us);
+            self.messages.extend(serial.released(held));
         }
         let overdue = now.as_micros().saturating_sub(CONTACT_TIMEOUT_US);
         self.release_contacts(Timestamp::from_micros(overdue));
@@ -301,6 +309,8 @@ struct SerialInput {
     rows: UartDecoder,
     /// Messages of a foot that has not been named yet.
     held: HeldBack<FootMessage>,
+    /// Time of the newest bytes on the receiver's clock.
+    newest: Timestamp,
 }
 
 impl SerialInput {
@@ -469,10 +479,12 @@ mod tests {
         assert_eq!(row.timestamp.as_micros(), 5000);
     }
 
-    #[test]
-    fn first_contacts_of_a_serial_foot_wait_for_its_name() {
-        let contact = Message::Contact(line::ContactMessage::new(&estimate(5000), Faults::NONE));
-        let health = Message::Health(HealthMessage {
+    fn contact_message(micros: u64) -> Message {
+        Message::Contact(line::ContactMessage::new(&estimate(micros), Faults::NONE))
+    }
+
+    fn health_message() -> Message {
+        Message::Health(HealthMessage {
             timestamp: Timestamp::from_micros(6000),
             stage: wire::Stage::Running,
             state: NmtState::Operational,
@@ -481,11 +493,16 @@ mod tests {
             unknown_faults: 0,
             temperature: wire::pdo::Quantity::default(),
             counters: wire::Counters::default(),
-        });
+        })
+    }
+
+    #[test]
+    fn first_contacts_of_a_serial_foot_wait_for_its_name() {
+        let contact = contact_message(5000);
         let mut decoder = LiveDecoder::default();
         decoder.bytes("ttyACM0", line::encode(3, &contact).as_bytes(), at(1));
         assert_eq!(all(&mut decoder), []);
-        decoder.bytes("ttyACM0", line::encode(4, &health).as_bytes(), at(2));
+        decoder.bytes("ttyACM0", line::encode(4, &health_message()).as_bytes(), at(2));
         let messages = all(&mut decoder);
         let (foot, row) = only_contact(&messages[..1]);
         assert_eq!((foot.node, row.foot.as_deref()), (Some(0x12), Some("FR")));
@@ -493,5 +510,35 @@ mod tests {
         assert!(matches!(messages[1].body, MessageBody::Board(_)));
         decoder.bytes("ttyACM0", line::encode(5, &contact).as_bytes(), at(3));
         assert_eq!(all(&mut decoder).len(), 1, "its name is known");
+    }
+
+    #[test]
+    fn stall_of_this_machine_takes_no_name_from_a_serial_foot() {
+        let mut decoder = LiveDecoder::default();
+        for ms in 0..100 {
+            let bytes = line::encode(ms as u16, &contact_message(ms * 1000));
+            decoder.bytes("ttyACM0", bytes.as_bytes(), at(ms * 50_000));
+        }
+        assert_eq!(all(&mut decoder), [], "100 ms of the foot in 5 s");
+        let health = line::encode(100, &health_message());
+        decoder.bytes("ttyACM0", health.as_bytes(), at(5_000_000));
+        let messages = all(&mut decoder);
+        assert_eq!(messages.len(), 101);
+        assert!(messages.iter().all(|message| message.foot.node == Some(0x12)));
+    }
+
+    #[test]
+    fn serial_foot_without_health_messages_is_not_held_back() {
+        // Its clock runs; its clock stands.
+        for (step_us, held) in [(1000, 201), (0, 4096)] {
+            let mut decoder = LiveDecoder::default();
+            let mut sent = 0;
+            while all(&mut decoder).is_empty() {
+                let bytes = line::encode(sent as u16, &contact_message(sent * step_us));
+                decoder.bytes("ttyACM0", bytes.as_bytes(), at(sent));
+                sent += 1;
+            }
+            assert_eq!(sent, held + 1, "{step_us} µs");
+        }
     }
 }

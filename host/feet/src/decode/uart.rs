@@ -36,9 +36,9 @@ pub(super) fn decode(
                 if let Some(row) = stream.take(&frame) {
                     stream.report.count_row(&row);
                     let at = row.timestamp;
-                    held.push(row, at);
+                    held.push(row, Some(at));
                 }
-                let rows = held.take_if(&stream, stream.last.unwrap_or_default());
+                let rows = held.take_if(&stream);
                 write_rows(rows, &stream, sink)?;
             }
             Err(problem) => stream.report.count_problem(name(problem)),
@@ -67,40 +67,61 @@ fn write_rows(
     })
 }
 
-/// Longest time for which contacts are held back, µs: two periods of the health message, which identifies the foot.
+/// Longest time for which output is held back, µs: two periods of the health message, which identifies the foot.
 const LONGEST_UNNAMED_US: u64 = 200_000;
+
+/// Largest number of messages that are held back, for a foot whose clock stands. In two periods of the health message the
+/// fastest foot sends 2,700: a contact and a raw sample at 6.7 kHz.
+const MOST_UNNAMED: usize = 4096;
 
 /// Output of a foot on a serial line, held back until its first health message identifies the foot.
 ///
 /// Otherwise the first contacts would belong to a foot without a name. A foot that sends no health message remains
-/// without a name.
+/// without a name. The time to wait for one passes on the foot's clock: if this machine or the line stalls, the health
+/// message is late as well.
 pub(crate) struct HeldBack<T> {
     held: VecDeque<T>,
-    /// Time of the first.
-    since: Option<Timestamp>,
+    /// Time of the first sample on the foot's clock.
+    first: Option<Timestamp>,
+    /// Time of the newest sample on the foot's clock.
+    newest: Option<Timestamp>,
     /// Whether the foot is known, or the time to wait for its health message has passed.
     is_over: bool,
 }
 
 impl<T> Default for HeldBack<T> {
     fn default() -> Self {
-        Self { held: VecDeque::new(), since: None, is_over: false }
+        Self { held: VecDeque::new(), first: None, newest: None, is_over: false }
     }
 }
 
 impl<T> HeldBack<T> {
-    /// Adds output received at `at`.
-    pub(crate) fn push(&mut self, output: T, at: Timestamp) {
-        self.since.get_or_insert(at);
+    /// Adds output; `sampled` is the time of its sample on the foot's clock, if it has one.
+    pub(crate) fn push(&mut self, output: T, sampled: Option<Timestamp>) {
         self.held.push_back(output);
+        if let Some(sampled) = sampled {
+            // A foot that restarts begins again.
+            let is_earlier = |first: Timestamp| sampled.as_micros() < first.as_micros();
+            if self.first.is_none_or(is_earlier) {
+                self.first = Some(sampled);
+            }
+            self.newest = Some(sampled);
+        }
     }
 
-    /// Takes the output if the foot is known, or if `now` is too late to wait for that. Otherwise takes nothing.
-    pub(crate) fn take_if(&mut self, stream: &UartDecoder, now: Timestamp) -> VecDeque<T> {
-        let waited_us =
-            self.since.map_or(0, |since| now.as_micros().saturating_sub(since.as_micros()));
-        self.is_over |= stream.is_known || waited_us > LONGEST_UNNAMED_US;
+    /// Takes the output if the foot is known, or if its clock shows that it sends no health message. Otherwise takes
+    /// nothing.
+    pub(crate) fn take_if(&mut self, stream: &UartDecoder) -> VecDeque<T> {
+        let micros = |time: Option<Timestamp>| time.unwrap_or_default().as_micros();
+        let waited_us = micros(self.newest).saturating_sub(micros(self.first));
+        let is_too_long = waited_us > LONGEST_UNNAMED_US || self.held.len() > MOST_UNNAMED;
+        self.is_over |= stream.is_known || is_too_long;
         if self.is_over { self.take() } else { VecDeque::new() }
+    }
+
+    /// Takes the output if the line has been silent for `silent_us`, too long to wait. Otherwise takes nothing.
+    pub(crate) fn take_after(&mut self, silent_us: u64) -> VecDeque<T> {
+        if silent_us > LONGEST_UNNAMED_US { self.take() } else { VecDeque::new() }
     }
 
     /// Takes the output in any case.
