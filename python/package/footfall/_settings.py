@@ -15,7 +15,7 @@ from . import _footfall
 Preset = Literal["default", "paper"]
 Gravity = Literal["included", "removed"]
 TimeUnit = Literal["s", "ms", "us", "ns"]
-Times = Literal["keep", "drop-bad", "smooth", "rate"]
+Times = Literal["auto", "keep", "drop-bad", "smooth", "rate"]
 Config = Union[Mapping[str, Any], str, "os.PathLike[str]"]
 
 
