@@ -54,12 +54,7 @@ pub fn run() -> Result<()> {
 
 /// Boots the program of a board on the emulated board: a walk with the bits of the host, a fault, an update.
 fn boot() -> Step {
-    Step::cargo(&["test", "--locked"]).with(LABORATORY).with([
-        "--package",
-        "virtual-board",
-        "--test",
-        "boot",
-    ])
+    Step::cargo(&["test", "--locked"]).with(LABORATORY).with(["--package", "boot"])
 }
 
 /// Runs two tasks at the same time. The first error is that of the second task, which takes longer.

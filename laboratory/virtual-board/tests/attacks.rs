@@ -15,7 +15,7 @@ use wire::{Fault, Value};
 /// The foot keeps one pending request, which a weaker one must not replace.
 #[test]
 fn a_node_reset_is_not_replaced_by_a_communication_reset() {
-    let Some(elf) = product() else { return };
+    let elf = product();
     let mut rig = Rig::new(&elf);
     rig.run(300);
     rig.nmt(RESET_NODE);
@@ -27,7 +27,7 @@ fn a_node_reset_is_not_replaced_by_a_communication_reset() {
 /// Answers that occupy the whole line must leave room for the log and for health messages.
 #[test]
 fn a_serial_request_flood_does_not_hide_the_fault() {
-    let Some(elf) = product() else { return };
+    let elf = product();
     let mut rig = Rig::new(&elf);
     rig.run(500);
     for _ in 0..5 {
@@ -51,7 +51,7 @@ fn a_serial_request_flood_does_not_hide_the_fault() {
 
 #[test]
 fn a_store_is_answered_during_node_stop_and_reset() {
-    let Some(elf) = product() else { return };
+    let elf = product();
     for command in [RESET_COMMUNICATION, STOP, PRE_OPERATIONAL] {
         for us in [0, 1_000] {
             let mut rig = Rig::new(&elf);
@@ -75,7 +75,7 @@ fn a_store_is_answered_during_node_stop_and_reset() {
 #[test]
 #[ignore = "full: 8000 settings on both lines"]
 fn continuous_settings_on_both_lines_cost_no_tick() {
-    let Some(elf) = product() else { return };
+    let elf = product();
     for (index, subindex, values) in [
         (index::WINDOW, 0, [Value::U32(1_000), Value::U32(256_000)]),
         (index::ESTIMATION, 1, [Value::U8(0), Value::U8(1)]),
@@ -104,7 +104,7 @@ fn continuous_settings_on_both_lines_cost_no_tick() {
 #[test]
 #[ignore = "full: a controller that ignores aborts, 10 s of virtual time"]
 fn a_controller_that_ignores_aborts_stops_only_can() {
-    let Some(elf) = product() else { return };
+    let elf = product();
     let mut rig = Rig::new(&elf);
     rig.run(300);
     rig.inject(Injection::Bus(BusFault::AbortIgnored));
@@ -126,7 +126,7 @@ fn a_controller_that_ignores_aborts_stops_only_can() {
 #[test]
 fn frames_for_other_nodes_displace_no_command() {
     const MILLISECONDS: u64 = 5;
-    let Some(elf) = product() else { return };
+    let elf = product();
     let mut rig = Rig::new(&elf);
     rig.run(300);
     let beside_drives = |rig: &mut Rig, command: &dyn Fn(&mut Rig)| {
@@ -160,7 +160,7 @@ fn frames_for_other_nodes_displace_no_command() {
 
 #[test]
 fn a_node_id_from_lss_replaces_the_old_one() {
-    let Some(elf) = product() else { return };
+    let elf = product();
     let mut rig = Rig::new(&elf);
     rig.run(100);
     let answering = |rig: &mut Rig| {
@@ -191,7 +191,7 @@ fn a_node_id_from_lss_replaces_the_old_one() {
 #[test]
 #[ignore = "full: 5 s of frames without a pause"]
 fn continuous_frames_on_both_lines_do_not_trip_the_watchdog() {
-    let Some(elf) = product() else { return };
+    let elf = product();
     for id in [0x611, 0x080] {
         let mut rig = Rig::new(&elf);
         rig.run(100);
@@ -211,7 +211,7 @@ fn continuous_frames_on_both_lines_do_not_trip_the_watchdog() {
 #[ignore = "full: 8 s of bytes without a pause"]
 fn an_unbroken_serial_stream_stops_no_sender() {
     const BYTES_PER_MS: usize = 300;
-    let Some(elf) = product() else { return };
+    let elf = product();
     for length in [201, 1, 0] {
         let mut rig = Rig::new(&elf);
         rig.run(100);
@@ -259,7 +259,7 @@ fn set_rate(rig: &mut Rig, index: u16, rate: u32) {
 
 #[test]
 fn the_lines_change_rates_and_back_while_in_use() {
-    let Some(elf) = product() else { return };
+    let elf = product();
     let mut rig = Rig::new(&elf);
     rig.run(100);
     for (index, rate) in [
@@ -285,7 +285,7 @@ fn the_lines_change_rates_and_back_while_in_use() {
 
 #[test]
 fn a_three_second_debugger_halt_leaves_nothing_stable() {
-    let Some(elf) = product() else { return };
+    let elf = product();
     for us in [0, 700] {
         let mut rig = Rig::new(&elf);
         rig.run(600);
@@ -315,7 +315,7 @@ const FLICKER_S: u32 = 4;
 #[test]
 #[ignore = "full: 4 s of a flickering bus"]
 fn a_flickering_bus_gets_few_emergencies() {
-    let Some(elf) = product() else { return };
+    let elf = product();
     let mut rig = Rig::new(&elf);
     rig.run(500);
     rig.forget();

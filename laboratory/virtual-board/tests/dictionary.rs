@@ -159,7 +159,7 @@ fn walk(rig: &mut Rig, may_set: bool) -> (usize, usize) {
 
 #[test]
 fn boundary_values_of_all_entries_are_answered_in_every_state() {
-    let Some(elf) = product() else { return };
+    let elf = product();
     let mut rig = Rig::new(&elf);
     rig.run(1_000);
     let (operational, accepted) = walk(&mut rig, false);

@@ -13,6 +13,7 @@ mod bring_up;
 mod budgets;
 mod core;
 mod dictionary;
+mod digest;
 mod hour;
 mod lines;
 mod matrix;

@@ -50,7 +50,7 @@ fn ready(elf: &[u8]) -> Rig {
 
 #[test]
 fn stores_are_limited_to_one_a_second() {
-    let Some(elf) = product() else { return };
+    let elf = product();
     let mut rig = ready(&elf);
     let stores = |rig: &mut Rig, ms: u64| {
         let end = rig.board.now() + ms * MILLISECOND;
@@ -116,7 +116,7 @@ fn fill_pages(elf: &[u8]) -> (Vec<u8>, f32) {
 
 #[test]
 fn an_erasing_store_is_refused_while_data_are_sent() {
-    let Some(elf) = product() else { return };
+    let elf = product();
     let (full, last) = full_pages(&elf);
     let mut rig = with_pages(&elf, &full);
     rig.run(1_000);
@@ -138,7 +138,7 @@ fn an_erasing_store_is_refused_while_data_are_sent() {
 
 #[test]
 fn ticks_lost_to_an_erase_are_counted_and_ticks_resume() {
-    let Some(elf) = product() else { return };
+    let elf = product();
     let mut rig = with_pages(&elf, &full_pages(&elf).0);
     rig.run(1_000);
     rig.pre_operational();
@@ -206,7 +206,7 @@ fn all_unusable_settings_are_replaced_by_defaults_and_kept() {
 
 /// Tries the first of the kinds of unusable settings.
 fn assert_replaced(kinds: usize) {
-    let Some(elf) = product() else { return };
+    let elf = product();
     let stored = stored_pages(&elf);
     assert!(rewritten(&stored, |_| {}) == stored, "another format");
     let values = [
@@ -248,7 +248,7 @@ fn assert_replaced(kinds: usize) {
 
 #[test]
 fn three_watchdog_resets_in_a_row_start_with_defaults() {
-    let Some(elf) = product() else { return };
+    let elf = product();
     let stored = stored_pages(&elf);
     let mut rig = with_pages(&elf, &stored);
     let corrupted = Fault::ConfigCorrupted.code();
@@ -276,7 +276,7 @@ fn three_watchdog_resets_in_a_row_start_with_defaults() {
 
 #[test]
 fn largest_costs_are_measured_by_the_board() {
-    let Some(elf) = product() else { return };
+    let elf = product();
     let mut rig = Rig::new(&elf);
     for start in ["power-up", "reset"] {
         // The stack is searched piece by piece: all 96 pieces of 512 bytes in 5.8 s.
@@ -295,7 +295,7 @@ fn largest_costs_are_measured_by_the_board() {
 /// The old settings, or the defaults.
 #[test]
 fn a_cut_restore_leaves_the_old_settings_or_the_defaults() {
-    let Some(elf) = product() else { return };
+    let elf = product();
     let mut kept = [0; 2];
     for operation in 1..=12 {
         let mut rig = ready(&elf);

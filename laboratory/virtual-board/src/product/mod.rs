@@ -6,7 +6,7 @@
 //! | all output of a board, its statistics | [`report`]; [`spread`] |
 //! | boards in real time behind terminals | `serve` |
 //! | comparison with the estimator on the host | [`parity`] |
-//! | motion of the sensor, simulated and recorded | [`motion`] |
+//! | simulated motion of the sensor | [`motion`] |
 //! | runs on all cores | [`on_all_cores`] |
 //! | additional messages and traffic | [`traffic`] |
 
@@ -20,12 +20,27 @@ pub mod serve;
 pub mod spread;
 pub mod traffic;
 
-use std::convert::Infallible;
-
-use replay::jobs::{all_cores, run};
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::{iter, panic, thread};
 
 /// Calls a function with each item, on all cores. Returns the results in the order of the items.
 pub fn on_all_cores<T: Sync, R: Send>(items: &[T], act: impl Fn(&T) -> R + Sync) -> Vec<R> {
-    let results = run(items.iter(), all_cores(), |item| Ok::<_, Infallible>(act(item)));
-    results.into_iter().map(|Ok(result)| result).collect()
+    let cores = thread::available_parallelism().map_or(1, NonZeroUsize::get);
+    let next = AtomicUsize::new(0);
+    let take = || {
+        let index = next.fetch_add(1, Ordering::Relaxed);
+        items.get(index).map(|item| (index, act(item)))
+    };
+    let mut results: Vec<(usize, R)> = thread::scope(|scope| {
+        let start = |_| scope.spawn(|| iter::from_fn(take).collect::<Vec<_>>());
+        let threads: Vec<_> = (0..cores).map(start).collect();
+        let join = |thread: thread::ScopedJoinHandle<'_, _>| thread.join();
+        let results = threads.into_iter().map(join);
+        results
+            .flat_map(|result| result.unwrap_or_else(|cause| panic::resume_unwind(cause)))
+            .collect()
+    });
+    results.sort_by_key(|(index, _)| *index);
+    results.into_iter().map(|(_, result)| result).collect()
 }

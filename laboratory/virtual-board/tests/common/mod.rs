@@ -1,16 +1,13 @@
 //! Builds programs for the target and boots them.
 
-pub mod digest;
 pub mod image;
 pub mod rig;
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Mutex, PoisonError};
 
-use host_tests::committed::workspace;
-use host_tests::requirements::unmet;
 use lsm6dsox::sim::Stimulus;
 use virtual_board::emulator::board::{Board, BoardOptions};
 use virtual_board::emulator::chip::{Chip, ChipOptions};
@@ -24,6 +21,12 @@ use virtual_board::emulator::wiring::Wiring;
 pub const MILLISECOND: u64 = PER_SECOND / 1000;
 
 pub const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// Root of the repository.
+fn repository() -> &'static Path {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    package.ancestors().nth(2).expect("the laboratory is a folder of the repository")
+}
 
 /// Builds a program that tests the emulator and returns its path.
 pub fn build_proof(program: &str) -> PathBuf {
@@ -69,9 +72,9 @@ fn build_with(chosen: &[&str], program: &str) -> PathBuf {
     static BUILT: Mutex<BTreeMap<String, PathBuf>> = Mutex::new(BTreeMap::new());
     let mut built = BUILT.lock().unwrap_or_else(PoisonError::into_inner);
     let path = built.entry(chosen.join(" ")).or_insert_with(|| {
-        let directory = workspace().join("target");
+        let directory = repository().join("target");
         let status = Command::new(env!("CARGO"))
-            .current_dir(workspace())
+            .current_dir(repository())
             .args(["build", "--profile", "firmware", "--locked"])
             .args(chosen)
             .args(["--target", TARGET, "--target-dir"])
@@ -107,41 +110,27 @@ pub fn is_built_here() -> bool {
     std::env::var_os("FOOTFALL_ELF").is_none()
 }
 
-/// Path of the product: the ELF that `FOOTFALL_ELF` names, or a fresh build if its source is present. `None` if
-/// neither is available, which is a failure if everything is required.
-pub fn product_file() -> Option<PathBuf> {
-    match std::env::var_os("FOOTFALL_ELF") {
-        Some(path) => Some(PathBuf::from(path)),
-        None if workspace().join("firmware/boards/stm32f405/src/lib.rs").exists() => {
-            Some(build_board(Wiring::reference()))
-        }
-        None => {
-            unmet("there is no product to boot");
-            None
-        }
-    }
-}
-
-/// ELFs of the boards: that of the reference board is [`product`], the others are built where their source is
-/// present.
-pub fn products() -> Vec<(&'static Wiring, Vec<u8>)> {
-    let all = Wiring::all().iter();
-    let read = |board: &'static Wiring| -> Option<(&'static Wiring, Vec<u8>)> {
-        if board.name == Wiring::reference().name {
-            return Some((board, product()?));
-        }
-        let source = workspace().join("firmware/boards/stm32f405/src/wiring").join(board.name);
-        source.join("mod.rs").exists().then(|| {
-            let elf = std::fs::read(build_board(board)).expect("the ELF was built");
-            (board, elf)
-        })
-    };
-    all.filter_map(read).collect()
+/// Path of the product: the ELF that `FOOTFALL_ELF` names, or a fresh build.
+pub fn product_file() -> PathBuf {
+    let given = std::env::var_os("FOOTFALL_ELF").map(PathBuf::from);
+    given.unwrap_or_else(|| build_board(Wiring::reference()))
 }
 
 /// Content of [`product_file`].
-pub fn product() -> Option<Vec<u8>> {
-    Some(std::fs::read(product_file()?).expect("the ELF was built"))
+pub fn product() -> Vec<u8> {
+    std::fs::read(product_file()).expect("the ELF was built")
+}
+
+/// ELFs of the boards: that of the reference board is [`product`].
+pub fn products() -> Vec<(&'static Wiring, Vec<u8>)> {
+    let read = |board: &'static Wiring| {
+        if board.name == Wiring::reference().name {
+            (board, product())
+        } else {
+            (board, std::fs::read(build_board(board)).expect("the ELF was built"))
+        }
+    };
+    Wiring::all().iter().map(read).collect()
 }
 
 /// Options with the specimen that `FOOTFALL_CORNER` names, or a typical one.

@@ -9,7 +9,7 @@ use serde_json::Value as Json;
 use virtual_board::emulator::wiring::Wiring;
 
 use super::server::{Server, Words, program};
-use crate::common::digest::assert_reproduced_on;
+use crate::digest::assert_reproduced_on;
 
 /// Time after which a person has read a new text, ms.
 const READING_MS: u64 = 100;
@@ -117,9 +117,7 @@ fn out(report: &Json) -> Vec<&str> {
 #[test]
 #[ignore = "full: all steps, two minutes of virtual time"]
 fn healthy_foot_is_accepted_in_all_steps_on_its_serial_line() {
-    let Some(mut server) = Server::start(&["--gait", "stand"]) else {
-        return;
-    };
+    let mut server = Server::start(&["--gait", "stand"]);
     let serial = server.serial("FL");
     let (report, said, is_accepted) = accepted(&mut server, SERIAL, &[], follow);
     assert!(is_accepted, "{said}");
@@ -133,9 +131,7 @@ fn healthy_foot_is_accepted_in_all_steps_on_its_serial_line() {
 
 #[test]
 fn healthy_foot_is_accepted_over_can() {
-    let Some(mut server) = Server::start(&["--gait", "stand"]) else {
-        return;
-    };
+    let mut server = Server::start(&["--gait", "stand"]);
     let only = ["--only", "still,sides,taps,unplug"];
     let (report, said, is_accepted) = accepted(&mut server, BUS, &only, follow);
     assert!(is_accepted && report["not_tested"] == 0, "{said}");
@@ -144,9 +140,7 @@ fn healthy_foot_is_accepted_over_can() {
 #[test]
 #[ignore = "full: two boards with a fault, a minute of virtual time"]
 fn faults_of_a_board_are_named() {
-    let Some(mut server) = Server::start(&["--gait", "stand"]) else {
-        return;
-    };
+    let mut server = Server::start(&["--gait", "stand"]);
     let only = ["--only", "board,still"];
     server.order("FL: fault gyroscope-bias-large");
     server.run(3000);
@@ -173,9 +167,7 @@ fn faults_of_a_board_are_named() {
 #[test]
 #[ignore = "full: a board with three defects, a minute of virtual time"]
 fn defects_that_look_like_rest_or_taps_are_named() {
-    let Some(mut server) = Server::start(&["--gait", "stand"]) else {
-        return;
-    };
+    let mut server = Server::start(&["--gait", "stand"]);
     // Samples are read by the timer.
     server.order("FL: fault data-ready-lost");
     server.run(3000);

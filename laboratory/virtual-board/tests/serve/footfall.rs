@@ -12,9 +12,7 @@ use super::server::{LONGEST, Server, footfall, program};
 
 #[test]
 fn a_foot_is_read_and_set_over_serial_line_and_bus() {
-    let Some(server) = Server::start(&["--gait", "stand"]) else {
-        return;
-    };
+    let server = Server::start(&["--gait", "stand"]);
     let (serial, bus) = (server.serial("FL"), server.bus());
     server.foot(&serial, &["id", "R"]);
     server.foot(&serial, &["reset"]);
@@ -76,9 +74,7 @@ fn newest<'a>(objects: &'a [Json], foot: &str) -> &'a Json {
 
 #[test]
 fn the_monitor_shows_a_walk_its_load_and_a_fault() {
-    let Some(mut server) = Server::start(&[]) else {
-        return;
-    };
+    let mut server = Server::start(&[]);
     for source in [server.serial("FL"), server.bus()] {
         let objects = monitored(server.folder(), &source, "3");
         let foot = newest(&objects, "FL");
@@ -119,9 +115,7 @@ fn wait_until(what: &str, is_met: impl Fn() -> bool) {
 #[test]
 #[ignore = "real time"]
 fn serial_line_is_a_port_that_cat_reads() {
-    let Some(server) = Server::start_in_real_time(&[]) else {
-        return;
-    };
+    let server = Server::start_in_real_time(&[]);
     let mut cat = Command::new("sh")
         .args(["-c", "exec cat FL.uart > uart.bin"])
         .current_dir(server.folder())
@@ -140,9 +134,7 @@ fn serial_line_is_a_port_that_cat_reads() {
 #[test]
 #[ignore = "real time"]
 fn a_suspended_program_counts_all_it_has_lost() {
-    let Some(mut server) = Server::start_in_real_time(&["--gait", "stand"]) else {
-        return;
-    };
+    let mut server = Server::start_in_real_time(&["--gait", "stand"]);
     let before_s = server.order(ANY_ORDER);
     let recording = Command::new(program())
         .args(["record", &server.bus(), "-o", "stopped.mcap"])

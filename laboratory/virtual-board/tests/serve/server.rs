@@ -87,19 +87,18 @@ pub struct Server {
 }
 
 impl Server {
-    /// Starts the server in lock step in a folder of its own, and waits until all sources are announced; `None` if
-    /// there is no product.
-    pub fn start(arguments: &[&str]) -> Option<Self> {
+    /// Starts the server in lock step in a folder of its own, and waits until all sources are announced.
+    pub fn start(arguments: &[&str]) -> Self {
         Self::launch(&[&["--lock-step"], arguments].concat())
     }
 
     /// Starts the server in real time.
-    pub fn start_in_real_time(arguments: &[&str]) -> Option<Self> {
+    pub fn start_in_real_time(arguments: &[&str]) -> Self {
         Self::launch(arguments)
     }
 
-    fn launch(arguments: &[&str]) -> Option<Self> {
-        let elf = product_file()?;
+    fn launch(arguments: &[&str]) -> Self {
+        let elf = product_file();
         let folder = tempfile::tempdir().expect("a folder");
         let mut child = Command::new(env!("CARGO_BIN_EXE_virtual-board"))
             .args(["serve", "--links", ".", "--elf"])
@@ -125,7 +124,7 @@ impl Server {
         let bus = sources.find(|line| line.as_ref().is_ok_and(|line| line.starts_with("bus")));
         let server = Self { child, typed, words: words.into(), _alive: alive, folder };
         assert!(bus.is_some(), "no bus: {}", server.error_output());
-        Some(server)
+        server
     }
 
     /// The serial line of a foot, as a source.

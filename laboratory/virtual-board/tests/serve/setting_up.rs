@@ -8,9 +8,7 @@ use super::server::{Server, footfall, program};
 
 #[test]
 fn a_board_is_tested_and_repositioned_over_both_lines() {
-    let Some(server) = Server::start(&["--gait", "stand"]) else {
-        return;
-    };
+    let server = Server::start(&["--gait", "stand"]);
     let (serial, bus) = (server.serial("FL"), server.bus());
     for (source, name) in [(&serial, "FR"), (&bus, "RL")] {
         let passed = server.foot(source, &["selftest"]);
@@ -28,9 +26,7 @@ fn a_board_is_tested_and_repositioned_over_both_lines() {
 
 #[test]
 fn a_walking_board_keeps_its_learnt_values_over_a_reset() {
-    let Some(server) = Server::start(&[]) else {
-        return;
-    };
+    let server = Server::start(&[]);
     let serial = server.serial("FL");
     let learnt = server.foot(&serial, &["calibrate", "--json"]);
     let learnt: Json = serde_json::from_str(&learnt).expect("JSON");
@@ -60,9 +56,7 @@ fn a_walking_board_keeps_its_learnt_values_over_a_reset() {
 
 #[test]
 fn a_board_with_a_custom_node_id_is_found_set_and_watched() {
-    let Some(server) = Server::start(&["--feet", "2", "--gait", "stand"]) else {
-        return;
-    };
+    let server = Server::start(&["--feet", "2", "--gait", "stand"]);
     let bus = server.bus();
     let set = ["--node", "22", "set", "node_id=34", "--save"];
     assert_eq!(server.foot(&bus, &set), "node_id: 0 → 34\nstored\n");
@@ -81,9 +75,7 @@ fn a_board_with_a_custom_node_id_is_found_set_and_watched() {
 
 #[test]
 fn a_board_left_pre_operational_reports_it_and_resumes() {
-    let Some(server) = Server::start(&["--gait", "stand"]) else {
-        return;
-    };
+    let server = Server::start(&["--gait", "stand"]);
     let bus = server.bus();
     // No time passes between the reset and the end of the program.
     let mut holder = server.hold("FL.uart");
@@ -110,9 +102,7 @@ fn a_board_left_pre_operational_reports_it_and_resumes() {
 
 #[test]
 fn settings_lost_by_a_power_failure_are_not_reported_stored() {
-    let Some(mut server) = Server::start(&["--gait", "stand"]) else {
-        return;
-    };
+    let mut server = Server::start(&["--gait", "stand"]);
     for (line, delay_ms, value) in
         [("serial", 150, 0.61), ("serial", 250, 0.62), ("bus", 700, 0.63), ("bus", 1100, 0.64)]
     {

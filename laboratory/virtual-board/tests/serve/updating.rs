@@ -21,7 +21,7 @@ fn same_program(elf: &[u8]) -> Vec<u8> {
 }
 
 /// Starts feet with a bootloader.
-fn with_bootloader(options: [&str; 2]) -> Option<Server> {
+fn with_bootloader(options: [&str; 2]) -> Server {
     let bootloader = build_bootloader(Wiring::reference());
     let bootloader = bootloader.to_str().expect("a path of text");
     let [option, value] = options;
@@ -49,10 +49,8 @@ fn python_canopen_updates_a_foot() {
         Ok(python) => python,
         Err(missing) => return unmet(&missing),
     };
-    let Some(elf) = product() else { return };
-    let Some(server) = with_bootloader(["--gait", "stand"]) else {
-        return;
-    };
+    let elf = product();
+    let server = with_bootloader(["--gait", "stand"]);
     fs::write(server.path("foot.img"), same_program(&elf)).expect("written");
     fs::write(server.path("second.img"), new_image(&elf)).expect("written");
     let [serial, eds, first, second] = [
@@ -67,10 +65,8 @@ fn python_canopen_updates_a_foot() {
 
 #[test]
 fn footfall_updates_a_foot_over_its_serial_line() {
-    let Some(elf) = product() else { return };
-    let Some(server) = with_bootloader(["--gait", "stand"]) else {
-        return;
-    };
+    let elf = product();
+    let server = with_bootloader(["--gait", "stand"]);
     let image = same_program(&elf);
     let number = identification(&image);
     fs::write(server.path("foot.img"), &image).expect("written");
@@ -101,10 +97,8 @@ fn footfall_updates_a_foot_over_its_serial_line() {
 #[test]
 #[ignore = "full: two feet, updated twice"]
 fn footfall_updates_all_feet_of_a_bus() {
-    let Some(elf) = product() else { return };
-    let Some(server) = with_bootloader(["--feet", "2"]) else {
-        return;
-    };
+    let elf = product();
+    let server = with_bootloader(["--feet", "2"]);
     let good = same_program(&elf);
     let number = identification(&good);
     let mut damaged = good.clone();
@@ -152,10 +146,8 @@ fn footfall_updates_all_feet_of_a_bus() {
 #[test]
 #[ignore = "full: two feet, of which one is updated"]
 fn footfall_updates_a_foot_by_its_serial_number() {
-    let Some(elf) = product() else { return };
-    let Some(server) = with_bootloader(["--feet", "2"]) else {
-        return;
-    };
+    let elf = product();
+    let server = with_bootloader(["--feet", "2"]);
     let image = new_image(&elf);
     fs::write(server.path("foot.img"), &image).expect("written");
     let bus = server.bus();
@@ -182,10 +174,8 @@ fn footfall_updates_a_foot_by_its_serial_number() {
 #[test]
 #[ignore = "full: four boards, two minutes of virtual time"]
 fn footfall_updates_four_feet_within_two_minutes() {
-    let Some(elf) = product() else { return };
-    let Some(server) = with_bootloader(["--feet", "4"]) else {
-        return;
-    };
+    let elf = product();
+    let server = with_bootloader(["--feet", "4"]);
     fs::write(server.path("foot.img"), new_image(&elf)).expect("written");
     let begin_ms = server.now_ms();
     let bus = server.bus();

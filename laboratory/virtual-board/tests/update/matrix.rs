@@ -16,8 +16,8 @@ use virtual_board::product::on_all_cores;
 use super::master::{
     CLEAR, INSTALLED_MS, Master, NEW, OLD, START, image_beginning_with, new_image, origin, segment,
 };
-use crate::common::digest::assert_reproduced_on;
 use crate::common::products;
+use crate::digest::assert_reproduced_on;
 
 /// A row: its name in the table, its description, and how it is run.
 struct Row {

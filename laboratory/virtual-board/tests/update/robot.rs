@@ -126,7 +126,7 @@ impl Bench {
 #[test]
 #[ignore = "full: four feet, of which one is updated"]
 fn other_feet_stream_each_contact_while_one_is_updated() {
-    let Some(elf) = product() else { return };
+    let elf = product();
     let programs = BoardPrograms {
         program: elf.clone().into(),
         bootloader: Some(bootloader(Wiring::reference()).into()),

@@ -3,21 +3,21 @@
 use results::{Measurement, digest};
 use virtual_board::emulator::wiring::Wiring;
 
-use super::{build_bootloader, is_built_here, product, products};
+use crate::common::{build_bootloader, is_built_here, product, products};
 
 /// Digest of the program that is built now under this name.
 ///
 /// # Panics
-/// If there is no such program, or its source is absent.
+/// If there is no such program.
 pub fn digest_of(name: &str) -> String {
     let elf = if name == Wiring::reference().program {
         product()
     } else if let Some(board) = name.strip_prefix("bootloader-").and_then(board_named) {
-        Some(std::fs::read(build_bootloader(board)).expect("it was built"))
+        std::fs::read(build_bootloader(board)).expect("it was built")
     } else {
-        products().into_iter().find(|(board, _)| board.program == name).map(|(_, elf)| elf)
+        let found = products().into_iter().find(|(board, _)| board.program == name);
+        found.unwrap_or_else(|| panic!("there is no {name}")).1
     };
-    let elf = elf.unwrap_or_else(|| panic!("there is no {name}"));
     digest(&elf).expect("an ELF")
 }
 
