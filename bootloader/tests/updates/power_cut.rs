@@ -1,5 +1,6 @@
 //! Updates whose supply fails in each operation of the flash: the old or the new program is started, whole.
 
+use crate::STRIDE;
 use crate::flash::{CUTS, Chip, Cut, image, probed};
 use bootloader::flash::{Flash as _, JOURNAL, JOURNAL_SIZE, SLOT_SIZE, Slot};
 use bootloader::image::{HEADER, Refusal};
@@ -73,8 +74,8 @@ fn received(old: &[u8], previous: Option<&[u8]>, new: &[u8]) -> Chip {
     chip
 }
 
-/// One in this many operations is cut by default: a prime, so that all kinds occur.
-const SPARSE: u32 = 11;
+/// One in this many operations is cut by default: a product of primes, so that all kinds occur.
+const SPARSE: u32 = 11 * STRIDE as u32;
 
 fn cut_updates(step: u32) {
     let (older, old, new) = (image(1, 1), image(2, 2), image(3, 3));

@@ -1,4 +1,5 @@
-//! The complete firmware of the foot, on the simulated sensor in virtual time: its output on CAN and UART.
+//! The complete firmware of the foot, on the simulated sensor in virtual time: its output on CAN and UART. A part of the sweeps;
+//! `thorough.rs` has all of each.
 
 mod bench;
 mod calibration;
@@ -6,3 +7,6 @@ mod communication;
 mod correction;
 mod faults;
 mod storage;
+
+/// Every how many of the cases of a sweep is tried: a prime, so that all kinds occur.
+const STRIDE: usize = 7;

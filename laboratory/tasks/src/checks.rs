@@ -300,6 +300,11 @@ fn features() -> Result<()> {
             "host-tests",
         ])
         .with(["--features", features, "--", "--include-ignored"])
+        .run()?;
+    // The gate runs it without features.
+    Step::cargo(&["test", "--locked", "--package", "footfall-program", "--test", "thorough"])
+        .with(FULL_TARGET)
+        .with(["--features", "all"])
         .run()
 }
 
