@@ -1,4 +1,4 @@
-//! Names the public key and the linker's symbols.
+//! Names the public key.
 
 use std::path::Path;
 
@@ -16,7 +16,4 @@ fn main() {
     }
     println!("cargo:rerun-if-changed={}", key.display());
     println!("cargo:rustc-env=FOOTFALL_PUBLIC_KEY={}", key.display());
-    println!("cargo:rerun-if-changed=../memory.x");
-    // Places the program at the start of the flash: see memory.x.
-    println!("cargo:rustc-link-arg-bin=bootloader=--defsym=_bootloader=1");
 }

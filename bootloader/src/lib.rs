@@ -12,10 +12,9 @@
 //! | the objects visible to a master, and their node | [`device`], [`node`] |
 //! | the serial line to that node | [`adapter`] |
 //! | notes between program and bootloader in RAM | [`note`] |
-//! | start and measurement of the crystal; detection of a low supply; both only on the target | `crystal`, `supply` |
 //!
-//! The crate does not allocate, has no `unsafe`, and no bytes make it panic. Besides `crystal` and `supply`, only the
-//! bootloader's binary accesses the chip: `src/main.rs` and `src/chip`.
+//! The crate does not allocate, has no `unsafe`, names no register, and no bytes make it panic. The program that accesses the
+//! chip is the package in `firmware/boards/stm32f405/bootloader`.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -38,8 +37,6 @@ pub const DEVICE_NAME: &str = "footfall bootloader";
 
 #[cfg(feature = "verify")]
 pub mod adapter;
-#[cfg(target_os = "none")]
-pub mod crystal;
 #[cfg(feature = "verify")]
 pub mod device;
 pub mod flash;
@@ -49,8 +46,6 @@ pub mod journal;
 pub mod node;
 #[cfg(feature = "verify")]
 pub mod program;
-#[cfg(target_os = "none")]
-pub mod supply;
 #[cfg(feature = "verify")]
 pub mod update;
 #[cfg(feature = "verify")]

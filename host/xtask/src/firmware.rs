@@ -120,7 +120,7 @@ fn build_programs(board: &Board, programs: &[&str], arguments: &[String]) -> Res
 /// It does not build.
 pub fn build_bootloader(board: &Board, arguments: &[String]) -> Result<PathBuf> {
     Step::cargo(&["build", "--locked", "--quiet", "--profile", "firmware", "--target", TARGET])
-        .with(["--package", "footfall-bootloader"])
+        .with(["--package", "bootloader-stm32f405"])
         .with(["--features", &format!("program,{}", board.name)])
         .with(arguments)
         .run()?;
@@ -149,7 +149,7 @@ pub fn lint() -> Result<()> {
             .with(["--", "-D", "warnings"])
             .run()?;
         clippy()
-            .with(["--package", "footfall-bootloader"])
+            .with(["--package", "bootloader-stm32f405"])
             .with(["--features", &format!("program,{}", board.name)])
             .with(["--", "-D", "warnings"])
             .run()?;

@@ -8,7 +8,7 @@ use crate::command::Step;
 use crate::packages::Packages;
 
 /// Packages that are not built on a host.
-const NOT_FOR_HOSTS: [&str; 1] = ["foot-stm32f405"];
+const NOT_FOR_HOSTS: [&str; 3] = ["bootloader-stm32f405", "foot-stm32f405", "stm32f405-chip"];
 
 /// Version of all packages of the workspace, which distinguishes them from a dependency with the same name.
 const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -48,7 +48,11 @@ pub fn run(elf: &Path, print: bool) -> Result<()> {
     }
     let is_bootloader =
         elf.file_name().is_some_and(|name| name.display().to_string().starts_with("bootloader"));
-    let list = if is_bootloader { "bootloader/panics.txt" } else { "firmware/panics.txt" };
+    let list = if is_bootloader {
+        "firmware/boards/stm32f405/bootloader/panics.txt"
+    } else {
+        "firmware/panics.txt"
+    };
     let text = fs::read_to_string(root().join(list)).context(list)?;
     let listed = listed(&text);
     for gone in listed.keys().filter(|place| !found.contains_key(**place)) {

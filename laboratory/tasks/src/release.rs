@@ -51,7 +51,7 @@ const BILLS: [Bill; 7] = [
     },
     Bill {
         product: "bootloader-stm32f405",
-        folder: "bootloader",
+        folder: "firmware/boards/stm32f405/bootloader",
         features: "program",
         target: "thumbv7em-none-eabihf",
     },

@@ -9,8 +9,6 @@
 //! SYSCLK is 160 MHz and not 168, so that APB2 is 80 MHz and SPI1 runs at exactly 5.0 MHz, half of the sensor's limit.
 //! At 168 MHz, APB2 is 84 MHz and its dividers give 5.25 MHz.
 
-use bootloader::crystal::{self, Frequency};
-use bootloader::supply;
 use embassy_stm32::Config;
 use embassy_stm32::pac::{FLASH, RCC};
 use embassy_stm32::rcc::{
@@ -18,6 +16,8 @@ use embassy_stm32::rcc::{
     Sysclk,
 };
 use embassy_stm32::time::Hertz;
+use stm32f405_chip::crystal::{self, Frequency};
+use stm32f405_chip::supply;
 
 use crate::watchdog;
 use crate::wiring::CRYSTAL_MHZ;

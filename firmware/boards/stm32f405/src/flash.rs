@@ -16,7 +16,6 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use bootloader::supply;
 use embassy_stm32::pac::FLASH;
 use embassy_stm32::pac::flash::vals::Psize;
 use embassy_stm32::{Peri, peripherals};
@@ -24,6 +23,7 @@ use embassy_time::{Duration, Instant};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
+use stm32f405_chip::supply;
 use storage::StoreFailed;
 
 use crate::{uart, watchdog};

@@ -9,8 +9,7 @@
 
 use core::ops::Range;
 
-use bootloader::crystal::Frequency;
-use bootloader::{image, supply};
+use bootloader::image;
 use embassy_executor::{Executor, InterruptExecutor, SpawnError, SpawnToken};
 use embassy_futures::select::{Either, select};
 use embassy_stm32::gpio::Output;
@@ -26,6 +25,8 @@ use firmware::uart_requests::UartReceiver;
 use firmware::{Board, Crystal, Foot, Ports, Start, tasks};
 use lsm6dsox::Config;
 use static_cell::StaticCell;
+use stm32f405_chip::crystal::Frequency;
+use stm32f405_chip::supply;
 use storage::{Origin, Storage, StoreFailed};
 use wire::node::{BootCause, Crash};
 use wire::{Fault, Settings};

@@ -30,10 +30,10 @@ mod watchdog;
 mod wiring;
 
 use bootloader::image::{self, Header};
-use bootloader::supply;
 use defmt_rtt as _;
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority, typelevel};
+use stm32f405_chip::supply;
 use wire::foot::serial_number;
 
 /// Header in front of a program, as a debug probe writes it. The header of an update also has a hash and a signature.

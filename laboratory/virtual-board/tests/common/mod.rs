@@ -58,7 +58,7 @@ pub fn build_bootloader(board: &Wiring) -> PathBuf {
     let mut named = NAMED.lock().unwrap_or_else(PoisonError::into_inner);
     let copy = named.entry(board.name).or_insert_with(|| {
         let features = format!("program,{}", board.name);
-        let chosen = ["-p", "footfall-bootloader", "--bin", "bootloader", "--features", &features];
+        let chosen = ["-p", "bootloader-stm32f405", "--bin", "bootloader", "--features", &features];
         let built = build_with(&chosen, "bootloader");
         let copy = built.with_file_name(format!("bootloader-{}", board.name));
         std::fs::copy(&built, &copy).expect("copied");

@@ -1,14 +1,12 @@
-//! Runs the self-check on a Cortex-M33. Prints one line per checkpoint over semihosting: `preset samples digest`.
+//! The self-check on a Cortex-M33.
 
 #![no_std]
 #![no_main]
 
-use core::panic::PanicInfo;
-use cortex_m_rt::entry;
-use cortex_m_semihosting::{debug, hprintln};
+#[path = "../../../self_check.rs"]
+mod self_check;
+
 use critical_section::RawRestoreState;
-use estimator_core::any::AnyParams;
-use estimator_core::{ParamsError, Stream, self_check};
 // The vector table.
 use rp_pac as _;
 
@@ -23,34 +21,4 @@ unsafe impl critical_section::Impl for Alone {
     }
 
     unsafe fn release(_: RawRestoreState) {}
-}
-
-#[entry]
-fn main() -> ! {
-    let outcome = self_check::PRESETS.iter().try_for_each(check);
-    match outcome {
-        Ok(()) => debug::exit(debug::EXIT_SUCCESS),
-        Err(error) => {
-            hprintln!("{}", error);
-            debug::exit(debug::EXIT_FAILURE);
-        }
-    }
-    loop {
-        cortex_m::asm::wfi();
-    }
-}
-
-fn check((preset, params, stream): &(&str, AnyParams, Stream)) -> Result<(), ParamsError> {
-    self_check::run(params, *stream, |samples, digest| {
-        hprintln!("{} {} {:016x}", preset, samples, digest);
-    })
-}
-
-#[panic_handler]
-fn panic(info: &PanicInfo) -> ! {
-    hprintln!("{}", info);
-    debug::exit(debug::EXIT_FAILURE);
-    loop {
-        cortex_m::asm::wfi();
-    }
 }

@@ -10,7 +10,6 @@ mod supply;
 use core::fmt;
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use bootloader::crystal::Frequency;
 use embassy_executor::Executor;
 use embassy_stm32::pac::{DBGMCU, FLASH};
 use embassy_time::{Duration, Instant, Timer};
@@ -20,6 +19,7 @@ use firmware::supervision::StackDepth;
 use lsm6dsox::asynch::Lsm6dsox;
 use lsm6dsox::{Config, Status};
 use static_cell::StaticCell;
+use stm32f405_chip::crystal::Frequency;
 
 use crate::clocks::Source;
 use crate::sensor::{Delay, SensorBus};

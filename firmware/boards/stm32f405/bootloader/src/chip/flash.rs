@@ -3,9 +3,9 @@
 //! bootloader runs.
 
 use bootloader::flash::{Flash, FlashFailed, Sector};
-use bootloader::supply;
 use stm32_metapac::FLASH;
 use stm32_metapac::flash::vals::Psize;
+use stm32f405_chip::supply;
 
 use super::watchdog;
 

@@ -1,11 +1,11 @@
 //! 80 MHz from the crystal, and ticks of 1 ms. Without the board's crystal the chip stays at 16 MHz and does not join
 //! the bus.
 
-use bootloader::crystal;
 use stm32_metapac::flash::regs::Acr;
 use stm32_metapac::rcc::regs::{Cfgr, Pllcfgr};
 use stm32_metapac::rcc::vals::{Hpre, Pllm, Plln, Pllp, Pllq, Pllsrc, Ppre, Sw};
 use stm32_metapac::{FLASH, RCC};
+use stm32f405_chip::crystal;
 
 use super::CRYSTAL_MHZ;
 

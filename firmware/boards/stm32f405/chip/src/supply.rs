@@ -1,6 +1,4 @@
 //! Detection of a supply too low for the flash: the programmable voltage detector (RM0090, 5.2.3).
-//!
-//! Only on the target. The bootloader and the foot's program both write flash.
 
 use stm32_metapac::{PWR, RCC};
 

@@ -1,8 +1,6 @@
 //! Start of the crystal, and its measurement by the internal oscillator, from which the processor runs after reset. A
 //! crystal of another frequency would set another clock: 12 MHz instead of 8 would run the core at one and a half times
 //! its rate.
-//!
-//! Only on the target. The bootloader and the foot's program both begin with it.
 
 use core::ops::RangeInclusive;
 

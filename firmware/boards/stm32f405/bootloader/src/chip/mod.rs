@@ -11,7 +11,7 @@ pub mod watchdog;
 
 use bootloader::flash::Slot;
 use bootloader::image::{Board, HEADER};
-use bootloader::supply;
+use stm32f405_chip::supply;
 use wire::foot::serial_number;
 
 #[cfg(any(
