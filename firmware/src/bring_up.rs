@@ -4,6 +4,7 @@ use core::fmt::{self, Write};
 use core::ops::RangeInclusive;
 
 use heapless::String;
+use wire::Diagnosis;
 
 /// Longest line, bytes.
 pub const LINE: usize = 200;
@@ -88,6 +89,19 @@ impl Report {
     }
 }
 
+/// Lines of a diagnosis, as `footfall foot … report` has them.
+#[must_use]
+pub fn diagnosis_text(diagnosis: &Diagnosis) -> String<1_000> {
+    let mut shown: String<900> = String::new();
+    // Both texts have room for the longest numbers: see the test.
+    let _ = write!(shown, "{diagnosis}");
+    let mut text = String::new();
+    for line in shown.lines() {
+        let _ = write!(text, "{line}\r\n");
+    }
+    text
+}
+
 /// Permitted supply, mV. The chip takes 1.8 to 3.6 V, and needs 2.7 V to write its flash by words (DS8626, general
 /// operating conditions \[M\]). Transceivers for 3.3 V are specified from 3.0 V on.
 pub const SUPPLY_MV: RangeInclusive<u32> = 3_000..=3_600;
@@ -124,6 +138,12 @@ impl Edges {
         self.ticks += 1;
         self.edges += u32::from(edges);
         self.without += u32::from(edges == 0);
+    }
+
+    /// Number of edges.
+    #[must_use]
+    pub const fn count(&self) -> u32 {
+        self.edges
     }
 
     /// Mean interval of the edges, µs; infinite without any edge.
@@ -243,6 +263,18 @@ mod tests {
         assert!(line.ends_with("FAIL: add a node\r\n"), "{line}");
         report.line("", format_args!(""), "", Verdict::NotTested("no sensor"));
         assert!(report.summary().starts_with("passed 1, failed 1, not tested 1;"));
+    }
+
+    #[test]
+    fn longest_diagnosis_is_shown_whole() {
+        let mut diagnosis = Diagnosis::default();
+        for subindex in 2..=Diagnosis::HIGHEST_SUBINDEX {
+            // The most digits of each type: for a mean, those of the most negative one.
+            diagnosis.set_raw(subindex, if subindex < 25 { u32::MAX } else { 0x8000 });
+        }
+        let text = diagnosis_text(&diagnosis);
+        assert_eq!(text.lines().count(), 8);
+        assert!(text.ends_with("mean     ax -32768 ay -32768 az -32768 wx -32768 wy -32768 wz -32768 codes, in the same ticks\r\n"), "{text}");
     }
 
     #[test]

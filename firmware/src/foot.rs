@@ -30,8 +30,11 @@ use wire::node::{
 use wire::pdo::{Pdo, Quantity, TEMPERATURE_STEP};
 use wire::settings::{LoadInput, LoadSource, UartStreams, WINDOW_CAPACITY};
 use wire::uart::{self, ContactMessage, HealthMessage, LogMessage, Message};
-use wire::{AbortCode, CanFrame, Counter, Counters, Event, Fault, Node, NodeId, Settings, Stage};
+use wire::{
+    AbortCode, CanFrame, Counter, Counters, Diagnosis, Event, Fault, Node, NodeId, Settings, Stage,
+};
 
+use crate::diagnosis::DiagnosisMeter;
 use crate::estimation::{Estimation, Renewal};
 use crate::exchange::{BusState, Dropped, Input, Lane, Outbox, Received, Reloaded, Request};
 use crate::sampling::{Activity, Measurement, ReadAt, SATURATED_TICKS, SensorFault, Tick};
@@ -121,6 +124,8 @@ pub struct Start {
     pub brown_out_level: Option<u8>,
     /// The running program.
     pub program: Program,
+    /// Diagnosis of the board. The foot adds that of the sensor.
+    pub diagnosis: Diagnosis,
 }
 
 /// Node, estimator and the state between them.
@@ -138,6 +143,7 @@ pub struct Foot {
     /// Period of the ticks, µs.
     tick_us: u32,
     sensor: SensorHealth,
+    diagnosis: DiagnosisMeter,
     load_open: Hysteresis,
     bus: BusState,
     /// Received CAN frames lost since the start.
@@ -223,6 +229,7 @@ impl Foot {
             ticks: 0,
             tick_us: TICK_US,
             sensor: SensorHealth::new(),
+            diagnosis: DiagnosisMeter::default(),
             load_open: LOAD_OPEN,
             bus: BusState::Active,
             can_lost: 0,
@@ -299,6 +306,7 @@ impl Foot {
             self.take_input(input, out);
         }
         self.count(tick, measurement, out);
+        self.diagnosis.take(tick, measurement, &mut self.published.diagnosis);
         self.check_sensor(measurement, out);
         let load = self.load(inputs.load_reading, out);
 
@@ -319,6 +327,7 @@ impl Foot {
         if !requests.is_empty() {
             self.published.learnt = self.learnt();
             self.published.costs = inputs.costs;
+            inputs.measurement.bus.write(&mut self.published.diagnosis);
         }
         for input in requests {
             self.take_input(input, out);
@@ -362,6 +371,7 @@ impl Foot {
         self.published.hardware = start.hardware;
         self.published.brown_out_level = start.brown_out_level.unwrap_or(0);
         self.published.program = start.program;
+        self.published.diagnosis = start.diagnosis;
         self.published.crash = start.crash;
         if start.brown_out_level == Some(0) {
             self.log(Level::Warning, "brown-out reset is off: see 0x2114", out);

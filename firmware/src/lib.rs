@@ -70,6 +70,7 @@
 
 pub mod board;
 pub mod bring_up;
+pub mod diagnosis;
 mod estimation;
 pub mod exchange;
 pub mod float;

@@ -57,7 +57,7 @@ use embedded_hal_async::delay::DelayNs;
 use estimator_core::{ImuSample, Timestamp, Validity};
 use lsm6dsox::asynch::{BOOT_MICROS, Lsm6dsox};
 use lsm6dsox::{AsyncBus, BusSpeed, Config, Error, RawSample, SelfTest, SetBusSpeed, imu};
-use wire::Fault;
+use wire::{Diagnosis, Fault};
 
 use watch::{SampleIssue, Watch};
 
@@ -84,6 +84,9 @@ const TRIALS: u32 = 32;
 
 /// Wait before each of them, µs.
 const TRIAL_MICROS: u32 = 1_000;
+
+/// Identity of a sound part.
+const IDENTITY: u8 = lsm6dsox::register::WHO_AM_I.reset;
 
 /// Index of the last register of the configuration: a data rate.
 const LAST_WRITE: usize = Config::WRITES - 1;
@@ -268,6 +271,35 @@ pub struct Measurement {
     pub restarts: u32,
     /// Number of registers so far that were read correctly only at the second attempt.
     pub misreads: u32,
+    /// Health of the sensor's bus.
+    pub bus: BusHealth,
+}
+
+/// Health of the sensor's bus.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BusHealth {
+    /// `WHO_AM_I` as last read; 0 before the first reading.
+    pub identity: u8,
+    /// Speed in use.
+    pub speed: BusSpeed,
+    /// Failed transfers and wrong readings so far, at each speed of [`BusSpeed::ALL`].
+    pub errors: [u16; BusSpeed::ALL.len()],
+}
+
+impl BusHealth {
+    /// Counts an error at the speed in use.
+    fn count_error(&mut self) {
+        if let Some(errors) = self.errors.get_mut(self.speed as usize) {
+            *errors = errors.saturating_add(1);
+        }
+    }
+
+    /// Writes it into a diagnosis.
+    pub fn write(&self, diagnosis: &mut Diagnosis) {
+        diagnosis.identity = self.identity;
+        diagnosis.bus_clock = self.speed as u8;
+        diagnosis.bus_errors = self.errors;
+    }
 }
 
 impl Measurement {
@@ -282,6 +314,7 @@ impl Measurement {
             read_at: ReadAt::Edge,
             restarts: counts.restarts,
             misreads: counts.misreads,
+            bus: counts.bus,
         }
     }
 }
@@ -291,6 +324,7 @@ impl Measurement {
 struct Counts {
     restarts: u32,
     misreads: u32,
+    bus: BusHealth,
 }
 
 /// Fault of the sensor, and the detail of its emergency.
@@ -323,8 +357,8 @@ pub struct Sensor<BUS> {
     activity: Activity,
     restarts: u32,
     misreads: u32,
-    /// Speed of the bus.
-    speed: BusSpeed,
+    /// Bus and its speed.
+    bus: BusHealth,
     /// Fastest speed that may be tried.
     fastest: BusSpeed,
     /// Errors of the bus that count for its speed.
@@ -347,7 +381,7 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
             activity: Activity::Starting,
             restarts: 0,
             misreads: 0,
-            speed: BusSpeed::Full,
+            bus: BusHealth::default(),
             fastest: BusSpeed::Full,
             bus_errors: 0,
             error_turn: 0,
@@ -366,7 +400,7 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
     /// Sets the speed at which the bus has been started, and the fastest that may be tried.
     #[must_use]
     pub fn with_bus_speeds(self, speed: BusSpeed, fastest: BusSpeed) -> Self {
-        Self { speed, fastest, ..self }
+        Self { bus: BusHealth { speed, ..self.bus }, fastest, ..self }
     }
 
     /// Counts a misread, or a start that failed because of one. [`SLOW_AFTER`] of them, each within a second of the
@@ -377,27 +411,28 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
         self.error_turn = self.watch.turn;
         if self.bus_errors >= SLOW_AFTER {
             self.bus_errors = 0;
-            self.fastest = self.speed.slower();
+            self.fastest = self.bus.speed.slower();
             self.set_speed(self.fastest);
         }
     }
 
     fn set_speed(&mut self, speed: BusSpeed) {
-        self.speed = speed;
+        self.bus.speed = speed;
         self.driver.bus().set_bus_speed(speed);
     }
 
     /// Tries faster speeds of the bus, up to the fastest that may be tried. Returns whether a speed had a wrong reading:
     /// the sensor must then be started again, because a reading may have arrived as a write.
     async fn raise_speed(&mut self, delay: &mut impl DelayNs) -> bool {
-        while self.speed < self.fastest {
-            let proven = self.speed;
+        while self.bus.speed < self.fastest {
+            let proven = self.bus.speed;
             self.set_speed(proven.faster());
             for _ in 0..TRIALS {
                 // The ticks go on: reading all registers takes half a millisecond.
                 delay.delay_us(TRIAL_MICROS).await;
                 let identity = self.driver.check_identity().await;
                 if identity.is_err() || self.driver.verify().await.is_err() {
+                    self.bus.count_error();
                     self.fastest = proven;
                     self.set_speed(proven);
                     return true;
@@ -418,10 +453,14 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
                 (Some(raw), issue.or_else(|| self.unchanged_axis()))
             }
             Err(Error::Status { read, .. }) => {
+                self.bus.count_error();
                 self.count_bus_error();
                 (None, Some(SampleIssue::Status(read)))
             }
-            Err(_) => (None, Some(SampleIssue::Bus)),
+            Err(_) => {
+                self.bus.count_error();
+                (None, Some(SampleIssue::Bus))
+            }
         };
         let fault = match self.watch.count(issue, time) {
             Some(issue) => Some(self.diagnose(issue, time).await),
@@ -446,6 +485,7 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
             read_at: self.watch.read_at,
             restarts: self.restarts,
             misreads: self.misreads,
+            bus: self.bus,
         }
     }
 
@@ -461,7 +501,7 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
     }
 
     const fn counts(&self) -> Counts {
-        Counts { restarts: self.restarts, misreads: self.misreads }
+        Counts { restarts: self.restarts, misreads: self.misreads, bus: self.bus }
     }
 
     /// Starts the sensor. Returns [`Fault::SensorReset`] if it had lost its settings.
@@ -482,6 +522,11 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
         let mut result = self.driver.init(delay).await;
         if result.is_ok() && self.raise_speed(delay).await {
             result = self.driver.init(delay).await;
+        }
+        match &result {
+            Ok(()) => self.bus.identity = IDENTITY,
+            Err(Error::Identity { read }) => self.bus.identity = *read,
+            Err(_) => self.bus.count_error(),
         }
         result.map_err(|error| self.fault_of(&error))?;
         self.watch.restart();
@@ -522,6 +567,7 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
             };
             if result.is_ok() {
                 if misreads > 0 {
+                    self.bus.count_error();
                     self.misreads = self.misreads.wrapping_add(misreads);
                     self.count_bus_error();
                 }
@@ -621,7 +667,7 @@ mod tests {
             let mut context = Context::from_waker(Waker::noop());
             let started = pin!(sensor.start(&mut delay)).poll(&mut context);
             assert_eq!(started, Poll::Ready(Ok(None)));
-            assert_eq!((sensor.speed, sensor.fastest), (speed, speed), "{sdo_delay_ns} ns");
+            assert_eq!((sensor.bus.speed, sensor.fastest), (speed, speed), "{sdo_delay_ns} ns");
         }
     }
 

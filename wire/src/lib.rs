@@ -11,6 +11,7 @@
 //! | CAN: a CANopen device that uses all of these | [`node`] |
 //! | faults and their emergency codes | [`fault`] |
 //! | stage and counters of the board | [`board`] |
+//! | numbers that tell whether a board works, and their text | [`diagnosis`] |
 //! | UART: frames, and a decoder that recovers after any garbage | [`uart`] |
 //! | UART: CAN frames as text, the bootloader's protocol | [`slcan`] |
 //!
@@ -53,6 +54,7 @@ extern crate std;
 pub mod abort;
 pub mod board;
 mod bytes;
+pub mod diagnosis;
 pub mod dictionary;
 pub mod domain;
 pub mod fault;
@@ -68,6 +70,7 @@ pub mod value;
 
 pub use abort::AbortCode;
 pub use board::{Counter, Counters, Stage};
+pub use diagnosis::Diagnosis;
 pub use dictionary::Address;
 pub use fault::{Emergency, Fault, Faults};
 pub use foot::{Foot, NodeId};

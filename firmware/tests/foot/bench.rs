@@ -10,9 +10,12 @@ use std::task::{Context, Poll, Waker};
 use embedded_hal_async::delay::DelayNs;
 use estimator_core::{ImuSample, Timestamp};
 use firmware::exchange::{Exchange, Input};
-use firmware::sampling::{self, Activity, EDGE_LIMIT_US, Measurement, ReadAt, Sensor, Tick, Ticks};
+use firmware::sampling::{
+    self, Activity, BusHealth, EDGE_LIMIT_US, Measurement, ReadAt, Sensor, Tick, Ticks,
+};
 use firmware::uart_requests::UartReceiver;
 use firmware::{Foot, Ports, Start, tasks};
+use lsm6dsox::BusSpeed;
 use lsm6dsox::imu::Conversion;
 use lsm6dsox::sim::{Motion, Part, PartOptions, SharedPart, Stimulus};
 use lsm6dsox::{Config, Pin as InterruptPin, RawSample};
@@ -41,6 +44,7 @@ pub const fn measurement(sample: ImuSample, raw: Option<RawSample>) -> Measureme
         saturated_for_long: false,
         restarts: 0,
         misreads: 0,
+        bus: BusHealth { identity: 0x6C, speed: BusSpeed::Full, errors: [0; 3] },
     }
 }
 

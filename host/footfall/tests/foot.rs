@@ -33,6 +33,31 @@ fn foot_is_scanned_described_and_read() {
 }
 
 #[test]
+fn report_has_a_line_for_all_that_a_foot_knows_of_its_board() {
+    let bench = Bench::new();
+    let (report, error) = foot(&bench, "demo:speed=max report");
+    for line in [
+        "foot     FL, node 17",
+        "faults   none",
+        "crash    none",
+        "history  none",
+        "reset    power-up, or a dip of the supply",
+        "sensor   WHO_AM_I 0x6C, ",
+        "supply   brown-out level 3",
+        "costs    edge to mailbox ",
+        "counters can_bus_off 0, ",
+        "settings load_input.source = ",
+    ] {
+        let has = report.lines().any(|other| other.starts_with(line));
+        assert!(has, "no line {line:?} in\n{report}{error}");
+    }
+    let (json, _) = foot(&bench, "demo:speed=max report --json");
+    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    assert_eq!(json["diagnosis"]["diagnosis.sensor_identity"], 0x6C, "{json:#}");
+    assert_eq!(json["counters"]["late_ticks"], 0, "{json:#}");
+}
+
+#[test]
 fn action_without_results_prints_an_object_as_json() {
     let bench = Bench::new();
     for action in ["save", "restore", "reset", "selftest", "calibrate --forget"] {

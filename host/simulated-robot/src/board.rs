@@ -5,12 +5,13 @@ use std::convert::Infallible;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use estimator_core::{ImuSample, ParamsError, Timestamp};
 use firmware::exchange::Exchange;
-use firmware::sampling::{Activity, Measurement, ReadAt, Tick};
+use firmware::sampling::{Activity, BusHealth, Measurement, ReadAt, Tick};
 use firmware::{Foot, Ports, Start, tasks};
 use gait::control::LOAD_OVER_CAN;
-use lsm6dsox::RawSample;
+use lsm6dsox::{BusSpeed, RawSample};
+use wire::diagnosis::Reset;
 use wire::dictionary::index;
-use wire::{Address, CanFrame, Settings};
+use wire::{Address, CanFrame, Diagnosis, Settings};
 
 /// Name of the CAN interface in logs.
 pub const INTERFACE: &str = "can0";
@@ -37,6 +38,7 @@ pub fn switched_on(serial: u32) -> Start {
         serial,
         hardware: "simulated",
         brown_out_level: Some(BROWN_OUT_LEVEL),
+        diagnosis: Diagnosis { reset: Reset::Power, is_crystal_used: true, ..Diagnosis::default() },
         ..Start::default()
     }
 }
@@ -53,6 +55,7 @@ pub const fn measurement(sample: ImuSample, raw: Option<RawSample>) -> Measureme
         saturated_for_long: false,
         restarts: 0,
         misreads: 0,
+        bus: BusHealth { identity: 0x6C, speed: BusSpeed::Full, errors: [0; 3] },
     }
 }
 

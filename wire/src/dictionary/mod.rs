@@ -232,6 +232,7 @@ pub mod index {
     pub const SUPPLY: u16 = 0x2114;
     pub const SETTINGS_HASH: u16 = 0x2115;
     pub const COSTS: u16 = 0x2116;
+    pub const DIAGNOSIS: u16 = 0x2117;
     pub const CALIBRATION: u16 = 0x2120;
 }
 

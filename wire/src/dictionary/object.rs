@@ -54,7 +54,7 @@ pub struct Entry {
     pub access: Access,
     /// Default value. It also determines the type.
     pub default: Value,
-    limits: Limits,
+    limits: StoredLimits,
     /// Unit; empty if there is none.
     pub unit: Text,
     /// Meaning, if not clear from its name and its object's text.
@@ -76,7 +76,7 @@ impl Entry {
             role,
             access,
             default,
-            limits: Limits::Any,
+            limits: StoredLimits::Any,
             unit: Text::NONE,
             doc: Text::NONE,
         }
@@ -161,17 +161,19 @@ impl Entry {
     }
 
     pub(super) const fn range(mut self, low: Value, high: Value) -> Self {
-        self.limits = Limits::Range(low, high);
+        let data_type = self.default.data_type() as u8;
+        assert!(low.data_type() as u8 == data_type && high.data_type() as u8 == data_type);
+        self.limits = StoredLimits::Range(low.to_raw(), high.to_raw());
         self
     }
 
     pub(super) const fn range_without(mut self, ends: &'static [Value; 4]) -> Self {
-        self.limits = Limits::RangeWithout(ends);
+        self.limits = StoredLimits::RangeWithout(ends);
         self
     }
 
     pub(super) const fn one_of(mut self, values: &'static [Value]) -> Self {
-        self.limits = Limits::OneOf(values);
+        self.limits = StoredLimits::OneOf(values);
         self
     }
 
@@ -192,7 +194,7 @@ impl Entry {
             key: Text::NONE,
             role: Role::Live,
             access: Access::Ro,
-            limits: Limits::Any,
+            limits: StoredLimits::Any,
             ..self
         }
     }
@@ -200,7 +202,19 @@ impl Entry {
     /// Allowed values.
     #[must_use]
     pub const fn limits(&self) -> Limits {
-        self.limits
+        let data_type = self.default.data_type();
+        match self.limits {
+            StoredLimits::Any => Limits::Any,
+            StoredLimits::Range(low, high) => {
+                match (Value::from_raw(data_type, low), Value::from_raw(data_type, high)) {
+                    (Some(low), Some(high)) => Limits::Range(low, high),
+                    // Only a text, which has no range.
+                    _ => Limits::Any,
+                }
+            }
+            StoredLimits::RangeWithout(ends) => Limits::RangeWithout(ends),
+            StoredLimits::OneOf(values) => Limits::OneOf(values),
+        }
     }
 
     /// Data type of the value.
@@ -299,6 +313,16 @@ pub enum Concern {
     Parameter(Parameter),
     /// Learnt values with which the estimator starts.
     Learnt,
+}
+
+/// [`Limits`] as an entry stores them. A range has the bits of its ends, whose type is that of the default: 284 entries with
+/// two values each would take 4 KB more of a microcontroller's flash.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum StoredLimits {
+    Any,
+    Range(u32, u32),
+    RangeWithout(&'static [Value; 4]),
+    OneOf(&'static [Value]),
 }
 
 /// Allowed values. A value outside a [`Range`](Self::Range) is too high or too low. A value that the other two refuse is

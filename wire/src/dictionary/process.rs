@@ -80,6 +80,10 @@ const CALIBRATION: [Entry; 2 + Learnt::NUMBERS] = {
     entries
 };
 
+/// Units of the diagnosis.
+const VARIANCE: &str = "1/2000 code^2";
+const KILOHERTZ: &str = "kHz";
+
 pub(super) const OBJECTS: &[Object] = &[
     Object {
         index: index::CONTACT,
@@ -235,6 +239,54 @@ pub(super) const OBJECTS: &[Object] = &[
                 .doc("from the data-ready edge to the end of the tick's work"),
             Entry::live(3, "Stack", Value::U16(0)).unit("bytes"),
             Entry::live(4, "Period", Value::U16(0)).unit("µs").doc("of the ticks; constant"),
+        ],
+    },
+    Object {
+        index: index::DIAGNOSIS,
+        name: Text::new("Diagnosis"),
+        shape: Shape::Record,
+        doc: Text::new("of the board and its sensor, for reports"),
+        entries: &[
+            Entry::live(1, "Reset", Value::U8(0))
+                .doc("cause of the start: 0 unknown, 1 power-up or a dip of the supply, 2 reset pin, 3 by the program, 4 watchdog"),
+            Entry::live(2, "Clock", Value::U32(0)).unit(KILOHERTZ).doc("of the processor"),
+            Entry::live(3, "Crystal used", Value::U8(0)).doc("1: it drives the clock"),
+            Entry::live(4, "Crystal", Value::U16(0))
+                .unit(KILOHERTZ)
+                .doc("as measured; 0: not measured, or it does not start"),
+            Entry::live(5, "Option bytes", Value::U32(0))
+                .doc("in effect, of an STM32F405: nWRP in the high half, RDP and USER in the low one; 0 on a chip without them"),
+            Entry::live(6, "Identifier 1", Value::U32(0))
+                .doc("of the chip or its flash, unique to the board; 0 beyond its length"),
+            Entry::live(7, "Identifier 2", Value::U32(0)),
+            Entry::live(8, "Identifier 3", Value::U32(0)),
+            Entry::live(9, "Identifier 4", Value::U32(0)),
+            Entry::live(10, "Slow bus clock", Value::U16(0)).unit(KILOHERTZ).doc("of the sensor"),
+            Entry::live(11, "Middle bus clock", Value::U16(0)).unit(KILOHERTZ),
+            Entry::live(12, "Fast bus clock", Value::U16(0)).unit(KILOHERTZ),
+            Entry::live(13, "Bus clock in use", Value::U8(0)).doc("0 slow, 1 middle, 2 fast"),
+            Entry::live(14, "Errors at slow clock", Value::U16(0))
+                .doc("since the start: failed transfers of the sensor, and wrong readings"),
+            Entry::live(15, "Errors at middle clock", Value::U16(0)),
+            Entry::live(16, "Errors at fast clock", Value::U16(0)),
+            Entry::live(17, "Sensor identity", Value::U8(0))
+                .doc("WHO_AM_I as last read, 0x6C if right; 0 before the first reading"),
+            Entry::live(18, "Edges", Value::U16(0))
+                .doc("data-ready edges in the last 1000 ticks; 0 if the board does not count them"),
+            Entry::live(19, "Noise of x", Value::U32(0))
+                .unit(VARIANCE)
+                .doc("its variance, and the mean, in the quietest 1000 ticks since the start"),
+            Entry::live(20, "Noise of y", Value::U32(0)).unit(VARIANCE),
+            Entry::live(21, "Noise of z", Value::U32(0)).unit(VARIANCE),
+            Entry::live(22, "Noise about x", Value::U32(0)).unit(VARIANCE),
+            Entry::live(23, "Noise about y", Value::U32(0)).unit(VARIANCE),
+            Entry::live(24, "Noise about z", Value::U32(0)).unit(VARIANCE),
+            Entry::live(25, "Mean of x", Value::I16(0)).unit("codes"),
+            Entry::live(26, "Mean of y", Value::I16(0)).unit("codes"),
+            Entry::live(27, "Mean of z", Value::I16(0)).unit("codes"),
+            Entry::live(28, "Mean about x", Value::I16(0)).unit("codes"),
+            Entry::live(29, "Mean about y", Value::I16(0)).unit("codes"),
+            Entry::live(30, "Mean about z", Value::I16(0)).unit("codes"),
         ],
     },
     Object {

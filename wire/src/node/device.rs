@@ -9,6 +9,7 @@ use heapless::Deque;
 use super::{Calibration, Event};
 use crate::abort::AbortCode;
 use crate::board::{Counter, Counters, Stage};
+use crate::diagnosis::Diagnosis;
 use crate::dictionary::{
     self, Access, Address, Concern, ERROR_HISTORY, Place, Role, SIGNATURE_BROWN_OUT,
     SIGNATURE_RESTORE, SIGNATURE_STORE, index,
@@ -45,6 +46,8 @@ pub struct Published {
     pub brown_out_level: u8,
     /// The running program.
     pub program: Program,
+    /// Diagnosis of the board and its sensor.
+    pub diagnosis: Diagnosis,
 }
 
 impl Default for Published {
@@ -60,6 +63,7 @@ impl Default for Published {
             crash: None,
             brown_out_level: 0,
             program: Program::default(),
+            diagnosis: Diagnosis::default(),
         }
     }
 }
@@ -204,6 +208,7 @@ impl DeviceObjects<'_> {
                 4 => device.tick_us,
                 _ => return None,
             }),
+            index::DIAGNOSIS => published.diagnosis.raw(address.subindex)?,
             index::SETTINGS_HASH => device.settings.hash(),
             index::PROGRAM_ID => match address.subindex {
                 1 => published.program.identification,

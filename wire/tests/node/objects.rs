@@ -1,6 +1,7 @@
 //! Reading and writing objects over SDO and UART.
 
 use canopen_rs::{Value as PeerValue, lss};
+use wire::diagnosis::{Diagnosis, Reset};
 use wire::dictionary::{
     self, Access, Concern, Limits, Role, SIGNATURE_BROWN_OUT, SIGNATURE_RESTORE, SIGNATURE_STORE,
     index,
@@ -175,12 +176,29 @@ fn the_state_of_the_board_can_be_read() {
     node.published.brown_out_level = 3;
     node.published.crash = Some(Crash { fault: Fault::HardFault, program_counter: 0x0800_1234 });
     node.published.counters.add(Counter::CanBusOff, 3);
+    node.published.diagnosis = Diagnosis {
+        reset: Reset::Watchdog,
+        clock_khz: 160_000,
+        bus_errors: [0, 0, 700],
+        identity: 0x6C,
+        noise: [33_000, 33_001, 33_002, 980, 981, 70_000],
+        mean: [-2_049, 2, 3, 4, 5, 6],
+        ..Diagnosis::default()
+    };
     for (index, sub, expected) in [
         (index::STAGE, 0, Value::U8(2)),
         (index::SUPPLY, 1, Value::U8(3)),
         (index::LAST_CRASH, 1, Value::U16(0x6102)),
         (index::LAST_CRASH, 2, Value::U32(0x0800_1234)),
         (index::COUNTERS, Counter::CanBusOff as u8 + 1, Value::U32(3)),
+        (index::DIAGNOSIS, 0, Value::U8(Diagnosis::HIGHEST_SUBINDEX)),
+        (index::DIAGNOSIS, 1, Value::U8(4)),
+        (index::DIAGNOSIS, 2, Value::U32(160_000)),
+        (index::DIAGNOSIS, 16, Value::U16(700)),
+        (index::DIAGNOSIS, 17, Value::U8(0x6C)),
+        (index::DIAGNOSIS, 24, Value::U32(70_000)),
+        (index::DIAGNOSIS, 25, Value::I16(-2_049)),
+        (index::DIAGNOSIS, 30, Value::I16(6)),
     ] {
         let value = node.read(Address::new(index, sub));
         assert_eq!(value, Ok(expected));

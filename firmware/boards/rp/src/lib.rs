@@ -40,6 +40,7 @@ use nano_rp2040 as board;
 use core::fmt::Write as _;
 
 use embassy_executor::{Executor, InterruptExecutor, SpawnError, SpawnToken};
+use embassy_rp::clocks::clk_sys_freq;
 use embassy_rp::gpio::Output;
 use embassy_rp::interrupt::{self, InterruptExt, Priority};
 use embassy_rp::pac;
@@ -49,8 +50,11 @@ use embassy_time::{Duration, Instant};
 use firmware::sampling::{Sensor, Tick};
 use firmware::supervision::StackDepth;
 use firmware::{Board, Crystal, Foot, Ports, Start, tasks};
+use lsm6dsox::BusSpeed;
 use static_cell::StaticCell;
 use storage::{Storage, StoreFailed};
+use wire::Diagnosis;
+use wire::diagnosis::Reset;
 use wire::foot::serial_number;
 use wire::node::{BootCause, Crash, Program};
 use wire::{Fault, Settings};
@@ -83,7 +87,8 @@ pub fn run() -> ! {
     let crash = crash::take();
 
     let mut flash = SettingsFlash::new(wiring.flash);
-    let id = board::unique_id(&mut flash);
+    let identifier = board::identifier(&mut flash);
+    let id = board::unique_id(&identifier);
     let Ok(mut storage) = Storage::new(flash, &(0..flash::SETTINGS)) else {
         halt();
     };
@@ -108,6 +113,18 @@ pub fn run() -> ! {
         program: Program {
             identification: u32::from_str_radix(env!("FOOTFALL_PROGRAM"), 16).unwrap_or(0),
             ..Program::default()
+        },
+        diagnosis: Diagnosis {
+            reset: match restart.reason {
+                None => Reset::Power,
+                Some(ResetReason::Forced) => Reset::Program,
+                Some(ResetReason::TimedOut) => Reset::Watchdog,
+            },
+            clock_khz: clk_sys_freq() / 1_000,
+            is_crystal_used: true,
+            identifier: words(&identifier),
+            bus_khz: BusSpeed::ALL.map(|speed| (wiring::bus_hertz(speed) / 1_000) as u16),
+            ..Diagnosis::default()
         },
     };
     let Ok(foot) = Foot::new_in(FOOT.uninit(), settings, start) else { halt() };
@@ -160,6 +177,15 @@ fn halt() -> ! {
     loop {
         cortex_m::asm::wfi();
     }
+}
+
+/// Identifier as words, whose digits are in the order of its bytes.
+fn words(identifier: &[u8; 16]) -> [u32; 4] {
+    let mut words = [0; 4];
+    for (word, bytes) in words.iter_mut().zip(identifier.as_chunks::<4>().0) {
+        *word = u32::from_be_bytes(*bytes);
+    }
+    words
 }
 
 /// Serial number of the USB device, hexadecimal.

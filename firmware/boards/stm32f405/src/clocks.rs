@@ -125,6 +125,14 @@ pub fn apb1_hertz() -> u32 {
     }
 }
 
+/// Clock of the processor, kHz, likewise.
+pub fn processor_khz() -> u32 {
+    match RCC.cfgr().read().ppre1() {
+        APBPrescaler::DIV4 => PLL_MHZ / 2 * 1_000,
+        _ => PLL_AT_LOW_SUPPLY_MHZ / 2 * 1_000,
+    }
+}
+
 /// Makes the loss of the crystal an exception (NMI) instead of a silent halt.
 pub fn watch_crystal() {
     RCC.cr().modify(|w| w.set_csson(true));

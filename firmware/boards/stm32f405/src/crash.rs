@@ -11,6 +11,7 @@ use core::ptr;
 use cortex_m::peripheral::SCB;
 use embassy_stm32::pac::RCC;
 use firmware::supervision::{CRASH_WORDS, CrashReason, CrashRecord};
+use wire::diagnosis::Reset;
 
 /// Previous crash.
 #[derive(Clone, Copy, Debug)]
@@ -20,19 +21,6 @@ pub struct Crash {
     pub record: CrashRecord,
     /// Fault status register (CFSR) of a fault; number of an exception without a handler; 0 for a panic.
     pub detail: u32,
-}
-
-/// Cause of the processor's start.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Reset {
-    /// Power-up, or a dip of the supply.
-    Power,
-    /// The reset pin.
-    Pin,
-    /// The program, after a crash or by command.
-    Software,
-    /// The watchdog.
-    Watchdog,
 }
 
 /// Data kept over the reset.
@@ -80,7 +68,7 @@ pub fn take_reset() -> Reset {
     } else if flags.porrstf() {
         Reset::Power
     } else if flags.sftrstf() {
-        Reset::Software
+        Reset::Program
     } else if flags.borrstf() {
         Reset::Power
     } else {

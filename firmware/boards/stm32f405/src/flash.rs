@@ -175,6 +175,12 @@ pub fn is_bootloader_protected() -> bool {
     unprotected & BOOTLOADER == 0
 }
 
+/// The option bytes in effect: `USER` and `RDP` in the low half, `nWRP` in the high half.
+pub fn all_option_bytes() -> u32 {
+    let [low, high] = option_bytes().map(u32::from);
+    high << 16 | low
+}
+
 /// The option bytes as the flash holds them. The register with their name holds what was last written to it, even if the
 /// flash has not taken that.
 fn option_bytes() -> [u16; 2] {

@@ -28,12 +28,13 @@ use static_cell::StaticCell;
 use stm32f405_chip::crystal::Frequency;
 use stm32f405_chip::supply;
 use storage::{Origin, Storage, StoreFailed};
+use wire::diagnosis::Reset;
 use wire::node::{BootCause, Crash};
 use wire::{Fault, Settings};
 
 use crate::can::{self, Can1Mailboxes};
 use crate::clocks::Source;
-use crate::crash::{self, Reset};
+use crate::crash;
 use crate::flash::{self, ConfigFlash};
 use crate::load::LoadSensor;
 use crate::sensor::{Delay, SensorBus};
@@ -77,18 +78,19 @@ pub fn run() -> ! {
             image::Board::Feather => "Feather STM32F405 + LSM6DSOX",
         },
         cause: match (peripherals.reset, peripherals.crash.is_some()) {
-            (Reset::Software, false) if !update::take_resume() => BootCause::Commanded,
+            (Reset::Program, false) if !update::take_resume() => BootCause::Commanded,
             _ => BootCause::PowerUp,
         },
         crash: reason_for_start(peripherals.crash, peripherals.reset),
         origin,
         crystal: match peripherals.clock {
-            Source::Crystal(Frequency::Measured) => Crystal::InUse,
+            Source::Crystal(Frequency::Measured(_)) => Crystal::InUse,
             Source::Crystal(Frequency::NotMeasured) => Crystal::NotMeasured,
             Source::Internal(khz) => Crystal::Unused { khz },
         },
         brown_out_level: Some(flash::brown_out_level()),
         program: update::program(),
+        diagnosis: crate::diagnosis(peripherals.clock, peripherals.reset),
     };
     log_boot(&start);
     let Ok(foot) = Foot::new_in(FOOT.uninit(), settings, start) else {

@@ -33,7 +33,11 @@ use bootloader::image::{self, Header};
 use defmt_rtt as _;
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority, typelevel};
+use lsm6dsox::BusSpeed;
+use stm32f405_chip::crystal::Frequency;
 use stm32f405_chip::supply;
+use wire::Diagnosis;
+use wire::diagnosis::Reset;
 use wire::foot::serial_number;
 
 /// Header in front of a program, as a debug probe writes it. The header of an update also has a hash and a signature.
@@ -71,7 +75,7 @@ struct Peripherals {
     /// Source of the clock.
     clock: clocks::Source,
     /// Cause of the processor's start.
-    reset: crash::Reset,
+    reset: Reset,
     /// Consecutive resets by the watchdog during which it was never fed.
     watchdog_resets: u32,
     /// Previous crash, if this start follows one.
@@ -92,6 +96,32 @@ struct Peripherals {
     flash: flash::ConfigFlash,
     /// Lit when high.
     led: Output<'static>,
+}
+
+/// Diagnosis of the board, without its sensor.
+fn diagnosis(clock: clocks::Source, reset: Reset) -> Diagnosis {
+    let (is_crystal_used, crystal_khz) = match clock {
+        clocks::Source::Crystal(Frequency::Measured(khz)) => (true, khz),
+        clocks::Source::Crystal(Frequency::NotMeasured) => (true, 0),
+        clocks::Source::Internal(khz) => (false, khz),
+    };
+    let clock_khz = clocks::processor_khz();
+    // The bus has the clock of its speed at 160 MHz with APB2 at 80. At a low supply both are 72.
+    let ratio = if clock_khz == 160_000 { 80 } else { 72 };
+    let mut identifier = [0; 4];
+    for (to, word) in identifier.iter_mut().zip(embassy_stm32::uid::uid().as_chunks::<4>().0) {
+        *to = u32::from_be_bytes(*word);
+    }
+    Diagnosis {
+        reset,
+        clock_khz,
+        is_crystal_used,
+        crystal_khz: crystal_khz.min(u32::from(u16::MAX)) as u16,
+        option_bytes: flash::all_option_bytes(),
+        identifier,
+        bus_khz: BusSpeed::ALL.map(|speed| (speed.spi_hertz() / 1_000 * ratio / 80) as u16),
+        ..Diagnosis::default()
+    }
 }
 
 /// Starts the board.

@@ -8,7 +8,11 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value as Json;
 
+use host_tests::committed::{assert_block, workspace};
+use virtual_board::emulator::wiring::Wiring;
+
 use super::server::{LONGEST, Server, footfall, program};
+use crate::common::{build_board, is_built_here};
 
 #[test]
 fn a_foot_is_read_and_set_over_serial_line_and_bus() {
@@ -56,6 +60,66 @@ fn a_foot_is_read_and_set_over_serial_line_and_bus() {
     }
     let said = server.end();
     assert!(said.contains("FL: reset by its program"), "{said}");
+}
+
+/// A report with `#` for each number: the numbers of a program and of its costs change with the program. A program that
+/// no commit has is without a number.
+fn without_numbers(report: &str) -> String {
+    let mut shape = String::new();
+    let lines = report.split_inclusive('\n').filter(|line| !line.starts_with("version "));
+    let report: String = lines.collect();
+    for word in report.split_inclusive(|letter: char| !letter.is_ascii_alphanumeric()) {
+        let is_number = word.contains(|letter: char| letter.is_ascii_digit());
+        shape.push_str(if is_number { "#" } else { word });
+    }
+    shape
+}
+
+#[test]
+fn report_of_a_feather_is_the_one_on_its_page() {
+    const PAGE: &str = "docs/guide/first-board.md";
+    if !is_built_here() {
+        return;
+    }
+    let feather = Wiring::all().get(1).expect("the Feather");
+    let server = Server::start_program(&build_board(feather), &["--gait", "stand", "--no-control"]);
+    // The whole stack has been searched by then.
+    server.run(7_000);
+    let report = server.foot(&server.serial("FL"), &["report"]);
+    for line in [
+        "device   footfall, Feather STM32F405 + LSM6DSOX, serial number 0x",
+        "faults   none",
+        "crash    none",
+        "history  none",
+        "reset    power-up, or a dip of the supply",
+        "clock    160000 kHz, from the crystal, measured as ",
+        "options  0xFFFC",
+        "sensor   WHO_AM_I 0x6C, 66",
+        "bus      1250 kHz 0 errors, 2500 kHz (in use) 0 errors, 5000 kHz 0 errors",
+        "supply   brown-out level 3",
+        "settings none",
+    ] {
+        let has = report.lines().any(|other| other.starts_with(line));
+        assert!(has, "no line {line:?} in\n{report}");
+    }
+    let number = |line: &str, after: &str| -> f64 {
+        let line = report.lines().find(|other| other.starts_with(line)).expect("the line");
+        let (_, rest) = line.split_once(after).expect("the name");
+        rest.split([' ', ',']).next().and_then(|number| number.parse().ok()).expect("a number")
+    };
+    // The simulated part at rest: 4.1 codes of specific force, 1.0 of angular rate, and 1 g on z.
+    assert!((3.5..4.7).contains(&number("noise", " ax ")), "{report}");
+    assert!((0.8..1.2).contains(&number("noise", " wx ")), "{report}");
+    assert!((2_000.0..2_100.0).contains(&number("mean", " az ")), "{report}");
+    assert!((1.0..300.0).contains(&number("costs", "mailbox ")), "{report}");
+    server.end();
+    let page = fs::read_to_string(workspace().join(PAGE)).expect("the page");
+    let block = format!("```text\n{report}```\n");
+    if !page.contains("<!-- begin report -->")
+        || !without_numbers(&page).contains(&without_numbers(&block))
+    {
+        assert_block(PAGE, "report", &block);
+    }
 }
 
 /// Objects that the monitor prints within some seconds.

@@ -89,16 +89,20 @@ pub struct Server {
 impl Server {
     /// Starts the server in lock step in a folder of its own, and waits until all sources are announced.
     pub fn start(arguments: &[&str]) -> Self {
-        Self::launch(&[&["--lock-step"], arguments].concat())
+        Self::start_program(&product_file(), arguments)
     }
 
     /// Starts the server in real time.
     pub fn start_in_real_time(arguments: &[&str]) -> Self {
-        Self::launch(arguments)
+        Self::launch(&product_file(), arguments)
     }
 
-    fn launch(arguments: &[&str]) -> Self {
-        let elf = product_file();
+    /// Starts the server in lock step with another program than the product.
+    pub fn start_program(elf: &Path, arguments: &[&str]) -> Self {
+        Self::launch(elf, &[&["--lock-step"], arguments].concat())
+    }
+
+    fn launch(elf: &Path, arguments: &[&str]) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let mut child = Command::new(env!("CARGO_BIN_EXE_virtual-board"))
             .args(["serve", "--links", ".", "--elf"])

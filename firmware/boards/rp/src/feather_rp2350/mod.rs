@@ -80,8 +80,13 @@ pub fn clocks() -> ClockConfig {
     ClockConfig::crystal(CRYSTAL_HZ)
 }
 
-/// Identification number of the chip, unique to it.
-pub fn unique_id(_: &mut SettingsFlash) -> [u8; 8] {
+/// Identifier of the chip, of eight bytes.
+pub fn identifier(_: &mut SettingsFlash) -> [u8; 16] {
     // Zeros identify a chip that does not give its number.
-    otp::get_chipid().unwrap_or(0).to_be_bytes()
+    (u128::from(otp::get_chipid().unwrap_or(0)) << 64).to_be_bytes()
+}
+
+/// Identification number of the chip, unique to it.
+pub fn unique_id(&[a, b, c, d, e, f, g, h, ..]: &[u8; 16]) -> [u8; 8] {
+    [a, b, c, d, e, f, g, h]
 }

@@ -75,14 +75,18 @@ pub fn clocks() -> ClockConfig {
     ClockConfig::system_freq(CLOCK_HZ).unwrap_or_else(|_| ClockConfig::crystal(12_000_000))
 }
 
-/// Identification number of the flash chip, unique to the board.
-///
-/// That of an IS25LP128F has 16 bytes, and its first half is the same on many chips (raspberrypi/pico-sdk#1641). That of
-/// an AT25SF128A has eight, after which nothing follows.
-pub fn unique_id(flash: &mut SettingsFlash) -> [u8; 8] {
+/// Identifier of the flash chip. That of an IS25LP128F has 16 bytes, and that of an AT25SF128A eight, after which nothing
+/// follows.
+pub fn identifier(flash: &mut SettingsFlash) -> [u8; 16] {
     let mut id = [0; 16];
     // Zeros identify a board whose chip does not answer.
     let _ = flash.0.blocking_unique_id(&mut id);
+    id
+}
+
+/// Identification number, unique to the board. The first half of an IS25LP128F's identifier is the same on many chips
+/// (raspberrypi/pico-sdk#1641).
+pub fn unique_id(id: &[u8; 16]) -> [u8; 8] {
     let [first, second] = *id.as_chunks::<8>().0 else { return [0; 8] };
     if second == first || second == [0; 8] || second == [0xFF; 8] {
         return first;

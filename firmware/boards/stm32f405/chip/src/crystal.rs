@@ -24,8 +24,8 @@ const POSSIBLE_KHZ: RangeInclusive<u32> = 3_600..=28_600;
 /// Frequency of a crystal in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Frequency {
-    /// Measured, and equal to that of the board.
-    Measured,
+    /// Measured, kHz: that of the board, as far as the internal oscillator can tell.
+    Measured(u32),
     /// Unknown. The crystal starts, but no crystal can have the measured frequency.
     NotMeasured,
 }
@@ -43,7 +43,7 @@ pub fn start(expected_mhz: u32) -> Result<Frequency, u32> {
         match measure().filter(|khz| POSSIBLE_KHZ.contains(khz)) {
             None => return Ok(Frequency::NotMeasured),
             Some(khz) if khz.abs_diff(expected_mhz * 1000) <= expected_mhz * TOLERANCE_KHZ => {
-                return Ok(Frequency::Measured);
+                return Ok(Frequency::Measured(khz));
             }
             Some(khz) => khz,
         }

@@ -6,6 +6,7 @@ use embedded_hal_async::spi::{Operation, SpiDevice};
 use firmware::bring_up::Verdict;
 use lsm6dsox::register::X_OFS_USR;
 use lsm6dsox::{BusSpeed, SetBusSpeed};
+use wire::Diagnosis;
 
 use super::Out;
 use crate::sensor::SensorBus;
@@ -46,11 +47,12 @@ async fn misreads(bus: &mut SensorBus) -> (u32, u32) {
 
 /// Measures the sensor's bus at the foot's clocks, and at the limit of the part. Leaves the bus at the fastest of the
 /// foot's clocks without an error.
-pub(super) async fn measure(out: &mut Out, bus: &mut SensorBus) {
+pub(super) async fn measure(out: &mut Out, bus: &mut SensorBus, diagnosis: &mut Diagnosis) {
     let mut fastest = None;
-    for speed in BusSpeed::ALL {
+    for (speed, errors) in BusSpeed::ALL.into_iter().zip(&mut diagnosis.bus_errors) {
         bus.set_bus_speed(speed);
         let (wrong, reads) = misreads(bus).await;
+        *errors = wrong.min(u32::from(u16::MAX)) as u16;
         if wrong == 0 {
             fastest = Some(speed);
         }
@@ -87,5 +89,7 @@ pub(super) async fn measure(out: &mut Out, bus: &mut SensorBus) {
         ),
     )
     .await;
-    bus.set_bus_speed(fastest.unwrap_or(SENSOR_SPEED));
+    let in_use = fastest.unwrap_or(SENSOR_SPEED);
+    diagnosis.bus_clock = in_use as u8;
+    bus.set_bus_speed(in_use);
 }

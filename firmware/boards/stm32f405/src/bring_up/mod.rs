@@ -13,13 +13,18 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_executor::Executor;
 use embassy_stm32::pac::{DBGMCU, FLASH};
 use embassy_time::{Duration, Instant, Timer};
-use firmware::bring_up::{Edges, Jitter, Line, Report, SUPPLY_MV, Scatter, Verdict, supply_mv};
+use firmware::bring_up::{
+    Edges, Jitter, Report, SUPPLY_MV, Scatter, Verdict, diagnosis_text, supply_mv,
+};
+use firmware::diagnosis::CodeMeter;
 use firmware::sampling::Ticks;
 use firmware::supervision::StackDepth;
 use lsm6dsox::asynch::Lsm6dsox;
-use lsm6dsox::{Config, Status};
+use lsm6dsox::register::WHO_AM_I;
+use lsm6dsox::{Config, Error, Status};
 use static_cell::StaticCell;
 use stm32f405_chip::crystal::Frequency;
+use wire::Diagnosis;
 
 use crate::clocks::Source;
 use crate::sensor::{Delay, SensorBus};
@@ -64,10 +69,17 @@ pub(super) struct Out {
 }
 
 impl Out {
-    async fn write(&mut self, line: &Line) {
+    async fn write(&mut self, line: &str) {
         defmt::println!("{=str}", line.trim_end());
         // The serial line may be absent. RTT has the line.
         let _ = self.uart.start(line.as_bytes()).end().await;
+    }
+
+    /// Writes the lines that `footfall foot … report` also has.
+    async fn write_diagnosis(&mut self, diagnosis: &Diagnosis) {
+        for line in diagnosis_text(diagnosis).split_inclusive('\n') {
+            self.write(line).await;
+        }
     }
 
     pub(super) async fn line(
@@ -102,8 +114,10 @@ async fn measure(peripherals: Peripherals) {
         return;
     };
     let mut out = Out { uart, report: Report::default() };
+    let mut diagnosis = crate::diagnosis(peripherals.clock, peripherals.reset);
     measure_chip(&mut out, peripherals.clock, peripherals.serial).await;
-    let sensor = measure_sensor(&mut out, peripherals.sensor, peripherals.timebase).await;
+    let sensor =
+        measure_sensor(&mut out, peripherals.sensor, peripherals.timebase, &mut diagnosis).await;
     match peripherals.clock {
         Source::Crystal(_) => measure_can(&mut out, peripherals.can, sensor).await,
         Source::Internal(_) => {
@@ -112,6 +126,7 @@ async fn measure(peripherals: Peripherals) {
         }
     }
     measure_stack(&mut out).await;
+    out.write_diagnosis(&diagnosis).await;
     let summary = out.report.summary();
     out.write(&summary).await;
     IS_DONE.store(true, Ordering::Relaxed);
@@ -149,7 +164,7 @@ async fn measure_chip(out: &mut Out, clock: Source, serial: u32) {
     .await;
     out.line("serial number", format_args!("{serial:#010x}"), "", Verdict::Pass).await;
     match clock {
-        Source::Crystal(Frequency::Measured) => {
+        Source::Crystal(Frequency::Measured(_)) => {
             let value = format_args!("{CRYSTAL_MHZ} MHz");
             out.line("crystal", value, "within 6 %", Verdict::Pass).await;
         }
@@ -207,11 +222,21 @@ async fn measure_supply(out: &mut Out) {
 /// The sensor's driver, and its noise.
 type Sensor = (Lsm6dsox<SensorBus>, Rest);
 
-async fn measure_sensor(out: &mut Out, bus: SensorBus, mut timebase: Timebase) -> Option<Sensor> {
+async fn measure_sensor(
+    out: &mut Out,
+    bus: SensorBus,
+    mut timebase: Timebase,
+    diagnosis: &mut Diagnosis,
+) -> Option<Sensor> {
     let mut driver = Lsm6dsox::new(bus, Config::FRESH_KILOHERTZ);
     // Ends I3C mode. A failure shows up below.
     let _ = driver.init(&mut Delay).await;
-    bus::measure(out, driver.bus()).await;
+    bus::measure(out, driver.bus(), diagnosis).await;
+    diagnosis.identity = match driver.check_identity().await {
+        Ok(()) => WHO_AM_I.reset,
+        Err(Error::Identity { read }) => read,
+        Err(_) => 0,
+    };
     if driver.init(&mut Delay).await.is_err() {
         let verdict = Verdict::Fail("see the lines of the bus");
         out.line("sensor", format_args!("does not start"), "", verdict).await;
@@ -232,9 +257,10 @@ async fn measure_sensor(out: &mut Out, bus: SensorBus, mut timebase: Timebase) -
         return None;
     }
     let trim = trim.map_or(1.0, |trim| trim.ratio() as f32);
-    measure_edges(out, &mut timebase, trim).await;
+    diagnosis.edges = measure_edges(out, &mut timebase, trim).await;
     measure_polarity(out, &mut timebase, &mut driver).await;
     let rest = rest(&mut driver, || ()).await;
+    rest.codes.write(diagnosis);
     let failed = SAMPLES - rest.force.count();
     out.line(
         "samples",
@@ -270,6 +296,7 @@ async fn measure_sensor(out: &mut Out, bus: SensorBus, mut timebase: Timebase) -
 struct Rest {
     force: Scatter,
     rate: Scatter,
+    codes: CodeMeter,
     celsius: f32,
 }
 
@@ -278,6 +305,7 @@ async fn rest(driver: &mut Lsm6dsox<SensorBus>, act: impl Fn()) -> Rest {
     let mut rest = Rest::default();
     for _ in 0..SAMPLES {
         if let Ok(sample) = driver.sample().await {
+            rest.codes.take(&sample);
             let sample = sample.to_si();
             rest.force.take(sample.specific_force);
             rest.rate.take(sample.angular_rate);
@@ -317,8 +345,9 @@ async fn measure_polarity(
     out.line("polarity of INT1", value, "less than half", verdict).await;
 }
 
-/// Measures the data-ready line: 6.67 kHz, within 5 % of the trim that the part reports for its own clock.
-async fn measure_edges(out: &mut Out, timebase: &mut Timebase, trim: f32) {
+/// Measures the data-ready line: 6.67 kHz, within 5 % of the trim that the part reports for its own clock. Returns the
+/// number of edges in [`TICKS`].
+async fn measure_edges(out: &mut Out, timebase: &mut Timebase, trim: f32) -> u16 {
     let mut edges = Edges::default();
     // The first tick also counts earlier edges.
     timebase.next().await;
@@ -355,6 +384,7 @@ async fn measure_edges(out: &mut Out, timebase: &mut Timebase, trim: f32) {
         Verdict::when(without == 0, "the wire from INT1; noise beside it"),
     )
     .await;
+    edges.count().min(u32::from(u16::MAX)) as u16
 }
 
 async fn measure_can(out: &mut Out, parts: crate::can::Parts, sensor: Option<Sensor>) {

@@ -1,7 +1,8 @@
 //! `footfall foot`: requests to one foot over its line, an action each.
 //!
-//! The action `update`, which sends a program to one or more feet, is in a file of its own.
+//! The actions `update`, which sends a program to one or more feet, and `report` are in files of their own.
 
+mod report;
 mod update;
 
 use std::fs::File;
@@ -59,6 +60,8 @@ pub enum FootAction {
     Scan,
     /// Show the foot's identity, program, stage and faults
     Info,
+    /// Show all that the foot knows about itself and its board: paste it into an issue
+    Report,
     /// Show objects by name or by address, such as 0x2012:1; without one, all settings
     Get {
         /// The objects
@@ -139,6 +142,7 @@ impl FootAction {
         !matches!(
             self,
             Self::Info
+                | Self::Report
                 | Self::Get { .. }
                 | Self::Diff { .. }
                 | Self::Export { .. }
@@ -197,6 +201,7 @@ impl FootArguments {
             // `run` performs them, on all feet of the line.
             FootAction::Scan | FootAction::Update { .. } => String::new(),
             FootAction::Info => self.info(client)?,
+            FootAction::Report => self.report(client)?,
             FootAction::Get { names } => self.get(client, names)?,
             FootAction::Set { settings, save } => {
                 let values = parse_settings(settings, node)?;
@@ -366,20 +371,7 @@ impl FootArguments {
 
     /// Reads identity, program, stage and faults.
     fn info(&self, client: &mut Client) -> Result<String, FootError> {
-        let identity = Identity::read(client)?;
-        let stage = wire::Stage::ALL.get(client.read_number(index::STAGE, 0)? as usize);
-        let faults = wire::Faults::from_bits(client.read_number(index::FAULTS, 0)?);
-        let state = match client.state() {
-            Ok(state) => Some(state_name(state)),
-            Err(RequestError::NoAnswer { .. }) => None,
-            Err(error) => return Err(error.into()),
-        };
-        let info = FootInfo {
-            identity,
-            state,
-            stage: stage.map_or("?", |stage| stage.name()),
-            faults: faults.iter().map(Fault::name).collect(),
-        };
+        let info = FootInfo::read(client)?;
         Ok(if self.json { to_json(&Document::line(&info)) } else { info.text() })
     }
 
@@ -464,12 +456,31 @@ impl Described for FootInfo {
 }
 
 impl FootInfo {
-    fn text(self) -> String {
-        let (identity, stage) = (self.identity, self.stage);
+    /// Reads it from a foot.
+    fn read(client: &mut Client) -> Result<Self, FootError> {
+        let identity = Identity::read(client)?;
+        let stage = wire::Stage::ALL.get(client.read_number(index::STAGE, 0)? as usize);
+        let faults = wire::Faults::from_bits(client.read_number(index::FAULTS, 0)?);
+        let state = match client.state() {
+            Ok(state) => Some(state_name(state)),
+            Err(RequestError::NoAnswer { .. }) => None,
+            Err(error) => return Err(error.into()),
+        };
+        Ok(Self {
+            identity,
+            state,
+            stage: stage.map_or("?", |stage| stage.name()),
+            faults: faults.iter().map(Fault::name).collect(),
+        })
+    }
+
+    fn text(&self) -> String {
+        let (identity, stage) = (&self.identity, self.stage);
         let node = identity.node.map(|node| format!("node {node}"));
         let node = node.unwrap_or_else(|| "serial line".to_owned());
-        let program = identity.program.map(|number| format!(", program {number}"));
-        let previous = identity.previous.map(|number| format!("previous program {number}, kept\n"));
+        let program = identity.program.as_ref().map(|number| format!(", program {number}"));
+        let previous =
+            identity.previous.as_ref().map(|number| format!("previous program {number}, kept\n"));
         let refused = identity.refused.map(|why| format!("update   {why}\n"));
         let state = self.state.filter(|state| *state != "operational");
         let state = state.map(|state| {
