@@ -7,7 +7,7 @@ use estimator_core::Timestamp;
 use heapless::Vec;
 use storage::{Erase, Origin, StoreFailed};
 use wire::foot::cob_id;
-use wire::uart::Message;
+use wire::uart::{Encoded, Message};
 use wire::{CanFrame, Settings};
 
 use crate::supervision::Worker;
@@ -171,14 +171,37 @@ pub struct Dropped {
     pub uart: u32,
 }
 
-/// Frames, messages and requests that a foot sends at once. An item for which there is no room is dropped and counted.
-#[derive(Clone, Debug, Default)]
+/// Frames and requests that a foot sends at once. Messages for the serial line are encoded in their place here, because
+/// each move of a message would cost as much as its encoding. An item for which there is no room is dropped and counted.
+#[derive(Clone, Debug)]
 pub struct Outbox {
     can: Vec<(Lane, CanFrame), { Self::CAN }>,
-    uart: Vec<(Lane, u16, Message), { Self::UART }>,
+    /// Frames in place, of which the first `uart_frames` are in use. The others wait for their next use: a new one would first
+    /// be moved here, and an array of all would first be on the stack.
+    uart: Vec<UartFrame, { Self::UART }>,
+    uart_frames: usize,
     requests: Vec<Request, REQUESTS>,
     alive: Vec<Worker, { Worker::ALL.len() }>,
     dropped: Dropped,
+}
+
+/// A frame for the serial line.
+#[derive(Clone, Copy, Debug)]
+pub struct UartFrame {
+    /// Its lane.
+    pub lane: Lane,
+    /// Its bytes.
+    pub encoded: Encoded,
+}
+
+impl UartFrame {
+    const EMPTY: Self = Self { lane: Lane::Stream, encoded: Encoded::EMPTY };
+}
+
+impl Default for Outbox {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl Outbox {
@@ -188,6 +211,7 @@ impl Outbox {
         Self {
             can: Vec::new(),
             uart: Vec::new(),
+            uart_frames: 0,
             requests: Vec::new(),
             alive: Vec::new(),
             dropped: Dropped { can: 0, uart: 0 },
@@ -197,7 +221,7 @@ impl Outbox {
     /// Empties it.
     pub(crate) fn clear(&mut self) {
         self.can.clear();
-        self.uart.clear();
+        self.uart_frames = 0;
         self.requests.clear();
         self.alive.clear();
         self.dropped = Dropped::default();
@@ -205,7 +229,7 @@ impl Outbox {
 
     /// Frames for the CAN bus: more than the queues of [`Ports`](crate::Ports) have room for in one lane.
     pub const CAN: usize = 24;
-    /// Messages for the serial line, likewise.
+    /// Frames for the serial line, likewise.
     pub const UART: usize = 12;
 
     /// Frames for the CAN bus with their lanes, in the order in which they were made.
@@ -214,10 +238,10 @@ impl Outbox {
         &self.can
     }
 
-    /// Messages for the serial line with their lanes and their sequence numbers, in the order in which they were made.
+    /// Frames for the serial line, in the order in which they were made.
     #[must_use]
-    pub fn uart(&self) -> &[(Lane, u16, Message)] {
-        &self.uart
+    pub fn uart(&self) -> &[UartFrame] {
+        self.uart.get(..self.uart_frames).unwrap_or(&[])
     }
 
     /// Requests to the board.
@@ -246,7 +270,17 @@ impl Outbox {
 
     #[inline(never)]
     pub(crate) fn push_uart(&mut self, lane: Lane, sequence: u16, message: &Message) {
-        self.dropped.uart += u32::from(self.uart.push((lane, sequence, *message)).is_err());
+        if self.uart_frames == self.uart.len() {
+            // All are in use. If there is no room for another, the next line finds none.
+            let _ = self.uart.push(UartFrame::EMPTY);
+        }
+        let Some(frame) = self.uart.get_mut(self.uart_frames) else {
+            self.dropped.uart += 1;
+            return;
+        };
+        frame.lane = lane;
+        frame.encoded.write(sequence, message);
+        self.uart_frames += 1;
     }
 
     pub(crate) fn request(&mut self, request: Request) {

@@ -1,7 +1,7 @@
 //! The foot: a function of its inputs. A tick takes a sample and what has arrived, and gives what is to be sent.
 //!
-//! [`Foot::tick`] lists the steps up to the frames of the millisecond. [`Foot::respond`] lists those that have no
-//! deadline. This file follows their order:
+//! [`Foot::tick`] lists the steps up to the frames of the millisecond on the bus. [`Foot::stream`] makes the messages of the
+//! serial line. [`Foot::respond`] lists the steps that have no deadline. This file follows their order:
 //!
 //! - reports of the start, and inputs up to the first request with a response;
 //! - faults of the tick and the sensor, and the load;
@@ -9,7 +9,7 @@
 //! - frames and lines of text;
 //! - responses, faults that end, and the check of the last rest.
 //!
-//! Both fill an [`Outbox`], and touch nothing else. The work of a tick is bounded: at most
+//! Each fills an [`Outbox`], and touches nothing else. The work of a tick is bounded: at most
 //! [`INPUTS_PER_TICK`](crate::exchange::INPUTS_PER_TICK) requests, one estimate, and one frame of each kind.
 //!
 //! **Fail-safe.** While a fault that [voids the estimate](Fault) is active, every frame has P = 0 and the fault flag,
@@ -293,7 +293,7 @@ impl Foot {
     }
 
     /// Advances by one tick: takes the sample, and the inputs up to the first request with a response. Afterwards the
-    /// outbox contains the frames of the tick.
+    /// outbox contains the frames of the tick for the bus.
     pub fn tick(&mut self, inputs: &Inputs<'_>, out: &mut Outbox) {
         out.clear();
         let Inputs { tick, measurement, received, .. } = *inputs;
@@ -316,7 +316,13 @@ impl Foot {
         self.set_stage(measurement, out);
 
         self.send_can(out);
-        self.send_uart(tick, measurement, out);
+    }
+
+    /// Makes the messages of the same tick for the serial line. They follow the contact on the bus, because encoding them
+    /// takes some 20 µs.
+    pub fn stream(&mut self, inputs: &Inputs<'_>, out: &mut Outbox) {
+        out.clear();
+        self.send_uart(inputs.tick, inputs.measurement, out);
     }
 
     /// Does the work of the same tick that has no deadline: answers requests, ends faults that were events, and checks

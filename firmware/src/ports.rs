@@ -16,15 +16,20 @@ use embassy_sync::channel::Channel;
 use embassy_sync::waitqueue::WakerRegistration;
 use heapless::deque::{Deque, DequeView};
 use wire::CanFrame;
-use wire::uart::{self, Encoded};
+use wire::uart;
 
-use crate::exchange::{Dropped, Input, Lane, Outbox, REQUESTS, Received, Reloaded, Request};
+use crate::exchange::{
+    Dropped, Input, Lane, Outbox, REQUESTS, Received, Reloaded, Request, UartFrame,
+};
 use crate::supervision::{CostMeter, Light, Liveness};
 use crate::uart_requests::UartReceiver;
 
 /// Queue with room for one contact, which the next one replaces. So a contact is never older than a tick when it is
 /// sent.
-type UartQueue = Outlet<Encoded, 1, 8>;
+type UartQueue = Outlet<UartBytes, 1, 8>;
+
+/// Bytes of a frame for the UART.
+pub type UartBytes = heapless::Vec<u8, { uart::MAX_FRAME }>;
 
 /// Queues between the sampling loop and everything slower, around the mailboxes `M` of a CAN controller.
 #[derive(Debug)]
@@ -133,7 +138,7 @@ impl<M: Mailboxes> Ports<M> {
     }
 
     /// Takes the next frame for the UART, if there is one.
-    pub fn try_next_uart(&self) -> Option<Encoded> {
+    pub fn try_next_uart(&self) -> Option<UartBytes> {
         self.uart.try_next()
     }
 
@@ -214,8 +219,11 @@ impl<M: Mailboxes> Ports<M> {
         for (lane, frame) in outbox.can() {
             dropped.can += self.push_can(*lane, *frame);
         }
-        for (lane, sequence, message) in outbox.uart() {
-            dropped.uart += self.uart.push(*lane, uart::encode(*sequence, message));
+        for UartFrame { lane, encoded } in outbox.uart() {
+            dropped.uart += self.uart.push_with(*lane, |bytes| {
+                // It has room for the longest frame.
+                let _ = bytes.extend_from_slice(encoded.as_bytes());
+            });
         }
         for request in outbox.requests() {
             // The queue has room for as many as a foot has waiting.
@@ -265,7 +273,7 @@ impl UartBatch {
         let (mut with_contact, mut is_crowded) = (false, false);
         let mut sent = None;
         queue.take_all(|lane, frame| {
-            let bytes = frame.as_bytes();
+            let bytes = frame.as_slice();
             if lane == Lane::Estimate {
                 if without_contact {
                     return false;
@@ -320,6 +328,18 @@ impl<T, const ESTIMATES: usize, const OTHERS: usize> Lanes<T, ESTIMATES, OTHERS>
         u32::from(dropped)
     }
 
+    /// Queues a new item, and lets `fill` write it in its place.
+    fn push_with(&mut self, lane: Lane, fill: impl FnOnce(&mut T)) -> u32
+    where
+        T: Default,
+    {
+        let dropped = self.push(lane, T::default());
+        if let Some(item) = self.lane(lane).back_mut() {
+            fill(item);
+        }
+        dropped
+    }
+
     fn is_empty(&mut self) -> bool {
         Lane::ALL.iter().all(|lane| self.lane(*lane).is_empty())
     }
@@ -351,9 +371,13 @@ impl<T, const ESTIMATES: usize, const OTHERS: usize> Outlet<T, ESTIMATES, OTHERS
         self.0.lock(|lanes| use_lanes(&mut lanes.borrow_mut()))
     }
 
-    /// Queues an item. Returns the number of items dropped for it.
-    fn push(&self, lane: Lane, item: T) -> u32 {
-        self.with(|lanes| lanes.push(lane, item))
+    /// Queues a new item that `fill` writes in its place. Returns the number of items dropped for it. The queue is locked
+    /// while `fill` is called.
+    fn push_with(&self, lane: Lane, fill: impl FnOnce(&mut T)) -> u32
+    where
+        T: Default,
+    {
+        self.with(|lanes| lanes.push_with(lane, fill))
     }
 
     /// Sends an item at once if its lane is empty and `send` takes it. Otherwise queues it. Returns the number of items
@@ -638,6 +662,10 @@ mod tests {
 
     type Small = Outlet<u32, 2, 3>;
 
+    fn push(outlet: &Small, lane: Lane, item: u32) -> u32 {
+        outlet.push_with(lane, |place| *place = item)
+    }
+
     fn drained(outlet: &Small) -> Vec<u32> {
         core::iter::from_fn(|| outlet.try_next()).collect()
     }
@@ -645,7 +673,7 @@ mod tests {
     #[test]
     fn a_full_lane_drops_and_counts_its_oldest_items() {
         let outlet = Small::new();
-        let dropped: u32 = (0..10).map(|i| outlet.push(Lane::Stream, i)).sum();
+        let dropped: u32 = (0..10).map(|i| push(&outlet, Lane::Stream, i)).sum();
         assert_eq!(dropped, 7);
         assert_eq!(drained(&outlet), [7, 8, 9]);
     }
@@ -653,10 +681,10 @@ mod tests {
     #[test]
     fn answers_go_before_the_stream_and_are_not_dropped_for_it() {
         let outlet = Small::new();
-        assert_eq!(outlet.push(Lane::Stream, 1), 0);
-        assert_eq!(outlet.push(Lane::Answer, 100), 0);
+        assert_eq!(push(&outlet, Lane::Stream, 1), 0);
+        assert_eq!(push(&outlet, Lane::Answer, 100), 0);
         for i in 2..50 {
-            outlet.push(Lane::Stream, i);
+            push(&outlet, Lane::Stream, i);
         }
         assert_eq!(drained(&outlet), [100, 47, 48, 49]);
     }
@@ -665,17 +693,17 @@ mod tests {
     fn estimates_go_before_any_number_of_answers() {
         let outlet = Small::new();
         for answer in 100..150 {
-            outlet.push(Lane::Answer, answer);
+            push(&outlet, Lane::Answer, answer);
         }
-        outlet.push(Lane::Estimate, 1);
-        outlet.push(Lane::Notice, 7);
+        push(&outlet, Lane::Estimate, 1);
+        push(&outlet, Lane::Notice, 7);
         assert_eq!(drained(&outlet), [7, 1, 147, 148, 149]);
     }
 
     #[test]
     fn an_item_sent_at_once_never_overtakes_its_own_lane() {
         let outlet = Small::new();
-        outlet.push(Lane::Stream, 2);
+        push(&outlet, Lane::Stream, 2);
         let sent = |lane, item| assert_eq!(outlet.send_or_push(lane, item, |_| true), 0);
         sent(Lane::Stream, 3);
         sent(Lane::Answer, 4);
@@ -687,9 +715,9 @@ mod tests {
     #[test]
     fn an_item_that_is_refused_lets_the_next_lane_pass() {
         let outlet = Small::new();
-        outlet.push(Lane::Estimate, 1);
-        outlet.push(Lane::Answer, 100);
-        outlet.push(Lane::Stream, 101);
+        push(&outlet, Lane::Estimate, 1);
+        push(&outlet, Lane::Answer, 100);
+        push(&outlet, Lane::Stream, 101);
         outlet.take_all(|_, item| *item >= 100);
         assert_eq!(drained(&outlet), [1]);
     }
@@ -705,7 +733,7 @@ mod tests {
         outlet.wake();
         assert!(is_ready());
         assert!(!is_ready());
-        outlet.push(Lane::Stream, 1);
+        push(&outlet, Lane::Stream, 1);
         assert!(is_ready() && is_ready() && !outlet.is_empty());
     }
 
@@ -713,11 +741,11 @@ mod tests {
     fn a_cleared_lane_is_counted_and_the_others_stay() {
         let outlet = Small::new();
         for i in 0..5 {
-            outlet.push(Lane::Stream, i);
+            push(&outlet, Lane::Stream, i);
         }
-        outlet.push(Lane::Answer, 100);
+        push(&outlet, Lane::Answer, 100);
         assert_eq!(outlet.clear(Lane::Stream), 3);
-        outlet.push(Lane::Stream, 9);
+        push(&outlet, Lane::Stream, 9);
         assert_eq!(drained(&outlet), [100, 9]);
     }
 }

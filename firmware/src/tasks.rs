@@ -75,6 +75,8 @@ pub fn run_tick(
     let inputs = Inputs { tick, measurement, load_reading, received, costs };
     foot.tick(&inputs, outbox);
     foot.count_dropped(ports.send(outbox));
+    foot.stream(&inputs, outbox);
+    foot.count_dropped(ports.send(outbox));
     // Responses have no deadline. They follow when the frames of the tick are sent.
     foot.respond(&inputs, outbox);
     foot.count_dropped(ports.send(outbox));

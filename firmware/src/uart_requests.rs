@@ -12,8 +12,6 @@ use wire::{AbortCode, Address, Event, Node};
 #[derive(Clone, Debug, Default)]
 pub struct UartReceiver {
     decoder: Decoder,
-    /// Valid frames other than requests.
-    unexpected: u32,
     reported: u32,
 }
 
@@ -26,22 +24,19 @@ impl UartReceiver {
 
     /// Takes a byte. Returns a request at the request's last byte.
     pub fn push(&mut self, byte: u8) -> Option<UartRequest> {
-        let frame = self.decoder.push(byte)?.ok()?;
+        let frame = self.decoder.push_request(byte)?.ok()?;
         match frame.message {
             Message::ConfigGet(get) => Some(UartRequest::Get(get)),
             Message::ConfigSet(set) => Some(UartRequest::Set(set)),
             Message::Nmt(request) => Some(UartRequest::Nmt(request)),
-            _ => {
-                self.unexpected = self.unexpected.wrapping_add(1);
-                None
-            }
+            _ => None,
         }
     }
 
     /// Frames rejected since the last call, if any. Call it once for each piece of bytes, so that a flood of garbage
     /// does not cause a flood of reports.
     pub fn refused(&mut self) -> Option<u32> {
-        let refused = self.decoder.drops().refused().wrapping_add(self.unexpected);
+        let refused = self.decoder.drops().refused();
         let new = refused.wrapping_sub(self.reported);
         self.reported = refused;
         (new > 0).then_some(new)

@@ -230,7 +230,7 @@ impl Bench {
         }
         if self.uart_listens {
             while let Some(frame) = self.ports.try_next_uart() {
-                for byte in frame.as_bytes() {
+                for byte in &frame {
                     if let Some(frame) = self.decoder.push(*byte) {
                         self.uart.push(frame.expect("a sound frame").message);
                     }

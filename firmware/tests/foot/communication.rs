@@ -275,7 +275,7 @@ fn contacts_of_slow_ticks(settings: Settings) -> usize {
         assert_eq!(ports.try_next_can(), None);
         let mut decoder = Decoder::new();
         while let Some(frame) = ports.try_next_uart() {
-            for byte in frame.as_bytes() {
+            for byte in &frame {
                 if let Some(Ok(frame)) = decoder.push(*byte) {
                     contacts += usize::from(matches!(frame.message, Message::Contact(_)));
                 }

@@ -104,7 +104,7 @@ impl SimulatedProgram {
     pub(crate) fn take_serial(&mut self) -> Vec<u8> {
         let mut bytes = Vec::new();
         while let Some(frame) = self.ports.try_next_uart() {
-            bytes.extend_from_slice(frame.as_bytes());
+            bytes.extend_from_slice(&frame);
         }
         bytes
     }

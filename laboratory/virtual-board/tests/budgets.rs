@@ -31,7 +31,7 @@ const WITH_ALL_STREAMS: &[Quantity] = &[
     Quantity {
         name: "tick, median",
         place: "/instructions_per_tick/median",
-        budget: Some(16_000),
+        budget: Some(14_000),
         unit: "instructions",
     },
     Quantity {

@@ -41,36 +41,49 @@ pub struct Frame {
 }
 
 /// Encoded frame.
-#[derive(Clone, Debug)]
-pub struct Encoded(Vec<u8, MAX_FRAME>);
+#[derive(Clone, Copy, Debug)]
+pub struct Encoded {
+    bytes: [u8; MAX_FRAME],
+    length: u8,
+}
+
+const _: () = assert!(MAX_FRAME <= u8::MAX as usize);
 
 impl Encoded {
+    /// Frame without bytes, which [`write`](Self::write) fills.
+    pub const EMPTY: Self = Self { bytes: [0; MAX_FRAME], length: 0 };
+
     /// The bytes to send, including the zeros at both ends.
     #[must_use]
     pub fn as_bytes(&self) -> &[u8] {
-        &self.0
+        self.bytes.get(..usize::from(self.length)).unwrap_or(&[])
+    }
+
+    /// Encodes a message in place of the previous content, like [`encode`]. A microcontroller encodes a thousand frames a
+    /// second, and moving each of them would take longer than encoding it.
+    pub fn write(&mut self, sequence: u16, message: &Message) {
+        // COBS puts the first distance into the second byte.
+        let [_, _, plain @ ..] = &mut self.bytes;
+        let mut writer = Writer::new(plain);
+        writer.u8(VERSION);
+        writer.u8(message.kind().code());
+        writer.u16(sequence);
+        message.write(&mut writer);
+        // Every message is shorter than the longest payload; a test encodes the longest of each.
+        let length = writer.finish().unwrap_or(0);
+        if let Some((body, rest)) = plain.split_at_mut_checked(length) {
+            Writer::new(rest).u32(CRC.checksum(body));
+        }
+        // The frame has at most `MAX_FRAME` bytes.
+        self.length = stuff(&mut self.bytes, length + CHECK).unwrap_or(0) as u8;
     }
 }
 
 /// Encodes a message. `sequence` must be one more than that of the previous frame, even if that frame was not sent.
 #[must_use]
 pub fn encode(sequence: u16, message: &Message) -> Encoded {
-    let mut plain = [0; MAX_DECODED];
-    let mut writer = Writer::new(&mut plain);
-    writer.u8(VERSION);
-    writer.u8(message.kind().code());
-    writer.u16(sequence);
-    message.write(&mut writer);
-    let length = writer.finish().unwrap_or(0);
-    if let Some((body, rest)) = plain.split_at_mut_checked(length) {
-        Writer::new(rest).u32(CRC.checksum(body));
-    }
-    // Every message is shorter than the longest payload; a test encodes the longest of each.
-    let mut frame = Encoded(Vec::new());
-    let plain = plain.get(..length + CHECK);
-    if plain.and_then(|plain| stuff(plain, &mut frame.0)).is_none() {
-        frame.0.clear();
-    }
+    let mut frame = Encoded::EMPTY;
+    frame.write(sequence, message);
     frame
 }
 
@@ -169,6 +182,19 @@ impl Decoder {
 
     /// Takes a byte. Returns the frame at its end, or its problem.
     pub fn push(&mut self, byte: u8) -> Option<Result<Frame, Problem>> {
+        self.push_as(byte, Message::checked)
+    }
+
+    /// Takes a byte, like [`push`](Self::push). Messages other than requests to a foot are of an unknown type.
+    pub fn push_request(&mut self, byte: u8) -> Option<Result<Frame, Problem>> {
+        self.push_as(byte, Message::checked_request)
+    }
+
+    fn push_as(
+        &mut self,
+        byte: u8,
+        decode: fn(Kind, &[u8]) -> Result<Message, Problem>,
+    ) -> Option<Result<Frame, Problem>> {
         if byte != 0 {
             if let Some(plain) = self.unstuffing.push(byte) {
                 self.overflowed |= self.plain.push(plain).is_err();
@@ -186,7 +212,7 @@ impl Decoder {
             // Zeros between frames are ignored.
             return None;
         } else {
-            parse(&plain)
+            parse(&plain, decode)
         };
         match result {
             Ok(frame) => self.count_frame(frame.sequence),
@@ -242,7 +268,10 @@ pub const fn step_u16(newest: u16, next: u16) -> Step {
 }
 
 /// Parses a decoded frame. Returns its problem if it is invalid.
-fn parse(plain: &[u8]) -> Result<Frame, Problem> {
+fn parse(
+    plain: &[u8],
+    decode: fn(Kind, &[u8]) -> Result<Message, Problem>,
+) -> Result<Frame, Problem> {
     let (body, check) = plain.split_last_chunk::<CHECK>().ok_or(Problem::TooShort)?;
     if CRC.checksum(body).to_le_bytes() != *check {
         return Err(Problem::Check);
@@ -256,24 +285,23 @@ fn parse(plain: &[u8]) -> Result<Frame, Problem> {
         return Err(Problem::Version(version));
     }
     let kind = Kind::from_code(kind).ok_or(Problem::Kind(kind))?;
-    let message = Message::decode(kind, reader.rest()).ok_or(Problem::Payload(kind))?;
-    Ok(Frame { sequence, message })
+    Ok(Frame { sequence, message: decode(kind, reader.rest())? })
 }
 
-/// Encodes at most 254 bytes by COBS into an empty `frame`, with a zero before and after them; `None` if they do not
-/// fit.
-fn stuff<const N: usize>(plain: &[u8], frame: &mut Vec<u8, N>) -> Option<()> {
-    frame.extend_from_slice(&[0, 0]).ok()?;
-    frame.extend_from_slice(plain).ok()?;
-    frame.push(0).ok()?;
-    let mut next = frame.len() - 1;
-    for (at, byte) in frame.iter_mut().enumerate().skip(1).rev() {
-        if *byte == 0 {
+/// Encodes by COBS the `length` bytes, at most 254, that begin with the third of `frame`, and puts a zero before and after
+/// them. Returns the length of the frame; `None` if it does not fit.
+fn stuff(frame: &mut [u8], length: usize) -> Option<usize> {
+    let frame = frame.get_mut(..length + 3)?;
+    let mut next = length + 2;
+    for (at, byte) in frame.iter_mut().enumerate().rev() {
+        if at == 0 || at == length + 2 {
+            *byte = 0;
+        } else if at == 1 || *byte == 0 {
             *byte = u8::try_from(next - at).ok()?;
             next = at;
         }
     }
-    Some(())
+    Some(length + 3)
 }
 
 /// Decoder of COBS that takes one byte after the other.
@@ -330,6 +358,7 @@ mod tests {
 
     #[test]
     fn an_invalid_frame_reports_its_problem() {
+        let parse = |plain: &[u8]| parse(plain, Message::checked);
         let mut plain = std::vec![VERSION, Kind::ConfigGet.code(), 0, 0, 0x10, 0x20, 0];
         let with_check = |plain: &[u8]| [plain, &CRC.checksum(plain).to_le_bytes()].concat();
         assert!(parse(&with_check(&plain)).is_ok());
@@ -472,9 +501,10 @@ mod tests {
     }
 
     fn stuffed(plain: &[u8]) -> Vec<u8> {
-        let mut frame = heapless::Vec::<u8, 260>::new();
-        stuff(plain, &mut frame).expect("it fits");
-        let (zero, coded) = frame.split_first().expect("not empty");
+        let mut frame = [0xEE; 257];
+        frame[2..2 + plain.len()].copy_from_slice(plain);
+        let length = stuff(&mut frame, plain.len()).expect("it fits");
+        let (zero, coded) = frame[..length].split_first().expect("not empty");
         assert_eq!(*zero, 0);
         coded.to_vec()
     }

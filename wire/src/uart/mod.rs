@@ -141,6 +141,24 @@ impl Message {
         })
     }
 
+    fn checked(kind: Kind, payload: &[u8]) -> Result<Self, Problem> {
+        Self::decode(kind, payload).ok_or(Problem::Payload(kind))
+    }
+
+    /// Decodes a request to a foot. A foot needs no decoder of its own messages, which would take 2 KB of its flash.
+    fn checked_request(kind: Kind, payload: &[u8]) -> Result<Self, Problem> {
+        let reader = Reader::new(payload);
+        let request = match kind {
+            Kind::ConfigGet => ConfigGet::read(reader).map(Self::ConfigGet),
+            Kind::ConfigSet => ConfigSet::read(reader).map(Self::ConfigSet),
+            Kind::Nmt => NmtRequest::read(reader).map(Self::Nmt),
+            Kind::Contact | Kind::Raw | Kind::Health | Kind::ConfigResponse | Kind::Log => {
+                return Err(Problem::Kind(kind.code()));
+            }
+        };
+        request.ok_or(Problem::Payload(kind))
+    }
+
     fn write(&self, writer: &mut Writer<'_>) {
         match self {
             Self::Contact(message) => message.write(writer),
