@@ -19,6 +19,7 @@ const RESET_USB = 1 << 24;
 
 // Of the SSI.
 const CTRLR0 = 0x00;
+const CTRLR1 = 0x04;
 const SSIENR = 0x08;
 const DR0 = 0x60;
 const SPI_CTRLR0 = 0xf4;
@@ -75,7 +76,8 @@ class Ssi extends Registers {
     if (this.sent === 0) [this.command, this.reply] = [value & 0xff, this.flashChip.answer(value & 0xff)];
     if (isRead) {
       if (this.sent) this.flashChip.start(this.command, value & 0xff);
-      this.answers = [...this.reply];
+      // As many bytes as the controller clocks. After the chip's last one its output floats, which reads as ones.
+      this.answers = Array.from({ length: (this.values[CTRLR1] ?? 0) + 1 }, (_, at) => this.reply[at] ?? 0xff);
     } else this.answers.push(this.sent ? (this.reply[this.sent - 1] ?? 0) : 0);
     this.sent += 1;
   }
