@@ -123,7 +123,7 @@ def answers(judged: list[Judged], sets: list[str], changed: list[tuple[str, floa
 
 
 def scores(judged: list[Judged], chosen: dict[str, list[tuple[str, float]]]) -> dict[str, float | None]:
-    """Means over sets, each with the constants that its robot had no part in; none where a robot is missing."""
+    """Means over sets, each with the constants that were chosen without its robot; none if a robot is missing."""
 
     def of(sets: list[str]) -> list[Answers] | None:
         robots = [robot for name in sets for robot, names in ROBOTS.items() if name in names]

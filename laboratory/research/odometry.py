@@ -106,7 +106,7 @@ def run() -> Odometry:
 def _chosen(
     candidates: list[tuple[float, float]], error: Array, nis: Array, half: int
 ) -> tuple[float, float, float, float]:
-    """Chooses constants on every second walk, from `half` on; the errors are those of the other walks."""
+    """Chooses constants on every second walk, from `half` on; the errors are measured on the other walks."""
     of_half = nis[half::2].mean(axis=0)
     is_acceptable = (NIS[0] <= of_half) & (of_half <= NIS[1])
     chosen = int(np.argmin(np.where(is_acceptable, error[half::2].mean(axis=0), np.inf)))

@@ -95,7 +95,7 @@ class Labelled:
 
     @property
     def acc(self) -> Array:
-        """The acceleration as recorded, with gravity if that of the recording has it."""
+        """The acceleration as recorded, with gravity if the recording includes it."""
         return self.recording.acc.astype(np.float64)
 
     @property

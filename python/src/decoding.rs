@@ -19,7 +19,7 @@ use wire::NodeId;
 use crate::parameters::value_error;
 use crate::result::CommonColumns;
 
-/// Flags of frames, which follow those of the estimator.
+/// Flags of frames, which follow the flags of the estimator.
 const OF_FRAMES: [&str; 4] = ["starting", "fault", "doubtful", "time_not_known"];
 
 /// Number of the estimator's flags.

@@ -39,7 +39,7 @@ pub(crate) struct RecordingColumns {
     has_label: bool,
 }
 
-/// Options of reading, as those of `footfall replay` of the same names.
+/// Options of reading, as the options of the same names of `footfall replay`.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct ReadOptions {

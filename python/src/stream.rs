@@ -38,7 +38,7 @@ struct State {
     rate: f32,
 }
 
-/// One estimate. In Python it is a tuple of these fields, in the order of those of `footfall.Estimate`.
+/// One estimate. In Python it is a tuple of these fields, in the order of `footfall.Estimate`.
 struct EstimateRow {
     /// Time on the caller's clock, s.
     t: f64,

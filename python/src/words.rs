@@ -85,7 +85,7 @@ impl Vocabulary for ArrayArguments {
 /// Remedy for times of arrival.
 const STEADY: &str = "leave out t and give rate=";
 
-/// Exchange of columns of arrays for a mapping of those of a table.
+/// Exchange of columns of arrays for a mapping of the columns of a table.
 fn exchanged(mapping: &str) -> String {
     let source = |axis: &str| {
         let source = mapping.split(',').find_map(|pair| pair.strip_prefix(axis)?.strip_prefix('='));

@@ -1,4 +1,4 @@
-//! Contacts sent by feet, on topics next to those of their samples, as `footfall record` writes them.
+//! Contacts sent by feet, on topics next to the topics of their samples, as `footfall record` writes them.
 //!
 //! | topic | message | content |
 //! |---|---|---|
@@ -43,7 +43,7 @@ struct ContactFeed {
     orientation: NewestOrientation,
     /// Number of contacts left out because they could not be decoded.
     not_decoded: u64,
-    /// Number of contacts left out because they were not after the one before.
+    /// Number of contacts left out because their time was not after the previous contact's.
     not_after: u64,
 }
 
@@ -54,7 +54,7 @@ pub(super) struct FootContacts {
     pub(super) contacts: Contacts,
     /// Number of contacts left out because they could not be decoded.
     not_decoded: u64,
-    /// Number of contacts left out because they were not after the one before.
+    /// Number of contacts left out because their time was not after the previous contact's.
     not_after: u64,
 }
 

@@ -54,7 +54,7 @@ pub(crate) fn copy(path: &Path, receiver: Receiver<'_>) -> Result<(), CopyError>
     Ok(())
 }
 
-/// Messages of a bag that may wait until those of the others have reached their time.
+/// Messages of a bag that may wait until the messages of the others have reached their time.
 const WAITING: usize = 64;
 
 /// Receiver of the messages of several bags, with the index of the bag; its error ends the copy.
@@ -161,7 +161,7 @@ impl Visitor for Copier<'_> {
         let received = (self.receiver)(channel, times, &message);
         received.map_err(|error| {
             self.failed = Some(error);
-            // Only an error ends a visit. It is not returned: `copy` returns that of the receiver.
+            // Only an error ends a visit. It is not returned, because `copy` returns the error of the receiver.
             InputError::empty(&self.file)
         })
     }

@@ -26,7 +26,7 @@ use stored::{About, OLDEST_LOAD_US, Rows, Stored};
 /// Deviation from a constant delay up to which the time of writing of a sample is not kept, µs.
 const FOLLOWS_US: u64 = 1_000;
 
-/// Samples of an IMU: those of a topic, or those of a topic with the same frame.
+/// Samples of an IMU: all samples of a topic, or its samples with the same frame.
 pub(super) struct Feed {
     pub(super) topic: String,
     /// `None` before the first message that is decoded.
@@ -105,7 +105,7 @@ impl Feed {
             // Both clocks begin at 0 if a recording without a date was played, so the first stamp is a valid time.
             let began_at_0 = self.messages == 2 && self.log_us.is_some_and(|(first, _)| first == 0);
             if !began_at_0 {
-                // Earlier messages had no stamps, so their times are those of another clock.
+                // Earlier messages had no stamps, so their times are on another clock.
                 self.without = Lacking { stamp: self.messages - 1, ..Lacking::default() };
                 self.rows = Rows::new(input_options.table.times);
                 self.anchors_us.clear();
@@ -152,7 +152,7 @@ impl Feed {
         Ok(())
     }
 
-    /// Keeps the time at which a sample was written, if it does not follow from that of an earlier one.
+    /// Keeps the time at which a sample was written, if it does not follow from the time of an earlier one.
     fn anchor(&mut self, time_us: i64, log_us: i64) {
         while self.anchors_us.last().is_some_and(|(before, _)| *before >= time_us) {
             self.anchors_us.pop();

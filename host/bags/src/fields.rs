@@ -19,7 +19,7 @@ pub(super) struct Fields {
     /// Seconds and nanoseconds.
     stamp: Option<[FieldPath; 2]>,
     frame: Option<FieldPath>,
-    /// First covariances of rates and accelerations, where axes are those of a `sensor_msgs/msg/Imu`.
+    /// First covariances of rates and accelerations, if the axes are in a `sensor_msgs/msg/Imu`.
     covariances: Option<[FieldPath; 2]>,
     /// Names of the axes, if they were found by their names.
     pub(super) found: Option<[String; 6]>,
@@ -96,7 +96,7 @@ impl Fields {
     }
 }
 
-/// End of the types of states of Unitree's robots, whose one IMU is that of the trunk.
+/// End of the types of states of Unitree's robots, whose one IMU is on the trunk.
 const LOW_STATE: &str = "/LowState";
 
 /// The part of such a state that is this IMU: in ROS 2, and in ROS 1 (`unitree_legged_msgs`).

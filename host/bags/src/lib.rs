@@ -5,12 +5,12 @@
 //! |---|---|
 //! | a message, its topic and type, as stored and decoded from CDR | `messages` |
 //! | numbers in messages of any type, by the definition of the type; the six axes of an IMU among them | `definition`; `fields` |
-//! | messages of ROS 1, converted to those of ROS 2 | `definition/ros1` |
+//! | messages of ROS 1, converted to messages of ROS 2 | `definition/ros1` |
 //! | the messages of all topics, from their storage | `mcap`, `rosbag1` (both by `records`) and `rosbag2` |
 //! | which topics are feet, and the names of the feet | `selection` |
 //! | loads of the feet, from other topics: the first reading | `loads`, paired with feet by `pairing` |
 //! | samples of the feet: the second reading | `reader`, a `feed` for each IMU |
-//! | contacts of feet, from topics beside that of the samples | `contact_feed` |
+//! | contacts of feet, from topics beside the topic of the samples | `contact_feed` |
 //! | copies of all messages | `copy` |
 //! | messages that arrive one by one | [`live`] |
 //!

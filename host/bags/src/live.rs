@@ -1,4 +1,4 @@
-//! Messages that arrive one by one, as on a topic of ROS 2, decoded as those of a bag are.
+//! Messages that arrive one by one, as on a topic of ROS 2, decoded like the messages of a bag.
 
 use std::collections::BTreeSet;
 
@@ -118,7 +118,7 @@ pub struct TopicNames {
     pub trunks: Vec<String>,
 }
 
-/// Returns the feet among topics of IMUs, named as in a bag with these topics. A topic whose words are those of a trunk is
+/// Returns the feet among topics of IMUs, named as in a bag with these topics. A topic whose words name a trunk is
 /// no foot, unless no other topic is left.
 #[must_use]
 pub fn name_topics(topics: &BTreeSet<String>) -> TopicNames {

@@ -153,7 +153,7 @@ impl LoadReader<'_> {
         is_imu(channel) && !self.input_options.bag.excludes(&channel.topic)
     }
 
-    /// Adds the IMUs that are named in messages of another type. Those that cannot be read are reported when the samples
+    /// Adds the IMUs that are named in messages of another type. IMUs that cannot be read are reported when the samples
     /// are read.
     fn declare_parts(&mut self, channel: &Channel) -> bool {
         let mut is_needed = false;

@@ -73,7 +73,7 @@ pub struct Schema {
 pub struct MessageTimes {
     /// Time at which it was written, ns.
     pub log_ns: i64,
-    /// Time at which it was sent, ns; that of writing if the storage has only one time.
+    /// Time at which it was sent, ns; the time of writing if the storage has only one time.
     pub publish_ns: i64,
     /// Number given by its sender, where the storage keeps it.
     pub sequence: Option<u32>,

@@ -59,7 +59,7 @@ fn leg(name: &str) -> Option<Leg> {
     Some(Leg { is_left, is_front })
 }
 
-/// Returns whether a name is that of a part of a leg.
+/// Returns whether a name names a part of a leg.
 pub(super) fn names_a_foot(name: &str) -> bool {
     const PARTS: [&str; 9] =
         ["foot", "feet", "leg", "ankle", "sole", "toe", "shank", "shoe", "heel"];

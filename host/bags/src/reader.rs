@@ -47,7 +47,7 @@ pub(super) struct Read {
     pub(super) contacts: ContactFeeds,
     /// Topics with contacts of feet, even if they are not read.
     pub(super) contact_topics: Vec<String>,
-    /// Addresses of all IMUs with messages, and topics of those that the selection excludes.
+    /// Addresses of all IMUs with messages, and topics of the IMUs that the selection excludes.
     pub(super) all: BTreeSet<String>,
     /// Topics of IMUs without a message.
     pub(super) empty: Vec<String>,
@@ -62,7 +62,7 @@ impl Visitor for Reader<'_> {
         if !is_imu(channel) || self.input_options.bag.excludes(&channel.topic) {
             self.others.add(channel);
             let has_contacts = self.reads_contacts() && ContactFeeds::is_part(channel);
-            // Contacts on a topic that is named are the estimates of a foot: no IMU is expected in them.
+            // Contacts on a named topic are the estimates of a foot, so no IMU is expected in them.
             let has_fields = !(has_contacts && is_contact(channel)) && self.declare_fields(channel);
             return is_sidecar(channel) || has_fields || has_contacts;
         }
@@ -241,7 +241,7 @@ impl<'a> Reader<'a> {
         Ok(self.feeds.len() - 1)
     }
 
-    /// Adds a feed to those of its topic.
+    /// Adds a feed to the feeds of its topic.
     fn add_feed(&mut self, feed: Feed) {
         self.by_topic.entry(feed.topic.clone()).or_default().push(self.feeds.len());
         self.feeds.push(feed);
@@ -290,7 +290,7 @@ impl<'a> Reader<'a> {
             .collect()
     }
 
-    /// Addresses of all IMUs with messages, and topics of those that the selection excludes.
+    /// Addresses of all IMUs with messages, and topics of the IMUs that the selection excludes.
     fn all_imus(&self) -> BTreeSet<String> {
         let filled = self.feeds.iter().filter(|feed| feed.messages > 0);
         let hidden = hidden_imus(&self.others, &self.input_options.bag);
@@ -356,7 +356,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Leaves the feeds of the topics that were named. Errors list `imus`, those of all feeds.
+    /// Leaves the feeds of the topics that were named. Errors list `imus`, the IMUs of all feeds.
     fn select_named(&mut self, named: &[String], imus: Vec<ImuTopic>) -> Result<(), InputError> {
         for topic in named {
             match self.feeds.iter().find(|feed| feed.topic == *topic) {
@@ -378,7 +378,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Leaves the feeds with messages. There must be only one, unless all are selected or several frames. Errors list
-    /// `imus`, those of all feeds.
+    /// `imus`, the IMUs of all feeds.
     fn select_unnamed(&mut self, imus: Vec<ImuTopic>) -> Result<(), InputError> {
         if self.feeds.is_empty() {
             let problem = Problem::NoImu {

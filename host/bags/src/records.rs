@@ -84,7 +84,7 @@ impl Stop {
 struct ChunkTooLong;
 
 impl Stop {
-    /// Adds the length of a decompressed record to that of its chunk.
+    /// Adds the length of a decompressed record to the length of its chunk.
     pub(super) fn unless_too_long(chunk: &mut u64, record: u64) -> Result<(), Self> {
         *chunk = chunk.saturating_add(record);
         if *chunk > LONGEST_CHUNK { Err(Self::Damaged(Box::new(ChunkTooLong))) } else { Ok(()) }

@@ -180,13 +180,13 @@ fn is_inaccessible(error: &rusqlite::Error) -> bool {
     }
 }
 
-/// Returns whether an error of reading is that of the end of a file, and not that of a disk.
+/// Returns whether an error of reading comes from the end of a file, and not from a disk.
 fn is_short_read(error: &rusqlite::Error) -> bool {
     let code = error.sqlite_error().map(|error| error.extended_code);
     code == Some(ffi::SQLITE_IOERR_SHORT_READ)
 }
 
-/// Returns whether an error is that of a file that ends early, and not of one that is damaged.
+/// Returns whether an error comes from a file that ends early, and not from a damaged file.
 fn is_cut_off(error: &rusqlite::Error, path: &Path) -> bool {
     match error.sqlite_error_code() {
         Some(ErrorCode::SystemIoFailure) => is_short_read(error),

@@ -22,10 +22,10 @@ pub(super) struct ImuKey {
 /// Sort key of feet in the order of their selection: by topic, then by frame; by name if none are named.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct FootOrder {
-    /// Place of the topic among those that were named.
+    /// Place of the topic among the named topics.
     topic_place: Option<usize>,
     topic: String,
-    /// Place of the frame among those that were named.
+    /// Place of the frame among the named frames.
     frame_place: Option<usize>,
     frame: String,
 }
@@ -165,7 +165,7 @@ pub(super) fn trunks(addresses: &[String]) -> impl Iterator<Item = &String> {
 /// Frame of the trunk's IMU on robots of Unitree and others.
 const TRUNK_FRAME: &str = "imu_link";
 
-/// Returns whether the only IMU of a bag is probably that of the trunk: its topic or its frame names the trunk, or the bag
+/// Returns whether the only IMU of a bag is probably on the trunk: its topic or its frame names the trunk, or the bag
 /// has the state of a Unitree, whose feet have no IMU. `has_low_state` tells the latter.
 pub(super) fn is_trunk(topic: &str, frame: &str, has_low_state: bool) -> bool {
     let names_trunk = words(topic).chain(words(frame)).any(|word| is_one_of(&TRUNK_WORDS, &word));

@@ -17,7 +17,7 @@ use samples::mounting::{MountingReport, axes_text, parse_axes, settings_of};
 pub struct RobotFile {
     remarks: Vec<String>,
     tables: Table,
-    /// Foot whose settings are changed; `None` changes those of all feet.
+    /// Foot whose settings are changed; `None` changes the settings of all feet.
     foot: Option<String>,
 }
 
@@ -82,7 +82,7 @@ impl RobotFile {
         }
     }
 
-    /// Sets the mounting; `None` if the sensor's axes are those of the foot.
+    /// Sets the mounting; `None` if the sensor's axes are the axes of the foot.
     pub fn set_mounting(&mut self, mounting: Option<&MountingReport>) {
         const KEY: &str = "axes";
         match mounting {
@@ -91,7 +91,7 @@ impl RobotFile {
                 let axes = axes_text(&report.axes);
                 self.table().insert(KEY.to_owned(), Value::String(axes));
             }
-            // Without its own axes the foot would have those of all feet.
+            // Without its own axes the foot would have the axes of all feet.
             None if self.foot.is_some() && self.tables.contains_key(KEY) => {
                 let axes = axes_text(&Mounting::IDENTITY);
                 self.table().insert(KEY.to_owned(), Value::String(axes));
@@ -136,8 +136,8 @@ impl RobotFile {
         table.insert(key.to_owned(), Value::Float(shortest(value)));
     }
 
-    /// Names and values of the settings of a foot: those of all feet, and those of its own table, which win. A mounting
-    /// has the names of the foot's settings.
+    /// Names and values of the settings of a foot: from the tables of all feet, and from its own table, which wins. A
+    /// mounting has the names of the foot's settings.
     #[must_use]
     pub fn settings_of_foot(&self, foot: &str) -> Vec<(String, String)> {
         let mut found = BTreeMap::new();
@@ -171,7 +171,7 @@ impl RobotFile {
     }
 }
 
-/// Adds the values of a table by their names with those of the tables around them.
+/// Adds the values of a table by their names, with the names of the tables around them.
 fn flatten(within: &str, table: &Table, found: &mut BTreeMap<String, String>) {
     for (key, value) in table {
         let name = format!("{within}{key}");

@@ -1,7 +1,7 @@
 //! Accelerometer bias and scale, and gyroscope bias, from rests in different orientations.
 //!
-//! At rest an accelerometer reads gravity in any orientation. So the bias b and the scale s of each axis are those for
-//! which all rests m have |s (m − b)| = g, by least squares (Gauss-Newton, starting from a perfect sensor). The six
+//! At rest an accelerometer reads gravity in any orientation. So the bias b and the scale s of each axis are the values
+//! for which all rests m have |s (m − b)| = g, by least squares (Gauss-Newton, starting from a perfect sensor). The six
 //! unknowns need at least six orientations. Each axis must have pointed up and down to separate them.
 //!
 //! g is standard gravity, because the estimator subtracts it. The scale absorbs the deviation of local gravity, up to
@@ -220,7 +220,7 @@ fn fit(forces: &[Vector]) -> Result<Unknowns, RestsError> {
             let [dx, dy, dz] = (corrected * (1.0 / length)).to_array();
             let [fx, fy, fz] = force.to_array();
             let [bx, by, bz, sx, sy, sz] = unknowns;
-            // Scales in units of g, so that dilutions of bias and scale compare.
+            // Scales in units of g, so that the dilutions of bias and scale can be compared.
             let row = [
                 -dx * sx,
                 -dy * sy,

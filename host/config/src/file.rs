@@ -31,12 +31,12 @@ pub struct ConfigFile {
     pub text: String,
 }
 
-/// Settings in a configuration file, which override those of the preset.
+/// Settings in a configuration file, which override the preset.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Overrides {
     /// Settings for all feet.
     pub all: Settings,
-    /// Settings of single feet, by name; they override those for all feet.
+    /// Settings of single feet, by name; they override the settings for all feet.
     pub feet: BTreeMap<String, Settings>,
 }
 
@@ -122,7 +122,7 @@ impl Overrides {
         feet.map(|(name, foot)| (name.clone(), foot.corrected(all))).collect()
     }
 
-    /// Applies the settings of a foot with these names to `params`, after those of all.
+    /// Applies the settings of a foot with these names to `params`, after the settings of all feet.
     pub fn apply_foot(&self, names: &[&str], params: &mut AnyParams) {
         let mut feet = self.feet.iter();
         let own = feet.find(|(foot, _)| is_among(foot, names));
@@ -241,7 +241,7 @@ struct LearntTable {
 type Value<'a> = Spanned<DeValue<'a>>;
 
 impl Reader {
-    /// Reads the settings for all feet, and those of single feet.
+    /// Reads the settings for all feet, and the settings of single feet.
     fn read_all(&mut self, table: &DeTable<'_>) -> Settings {
         let mut all = Settings::default();
         self.read_table(table, "", &keys(), &mut all);

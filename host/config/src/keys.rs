@@ -47,7 +47,7 @@ pub(super) enum Kind {
 /// Beginning of the keys of one foot.
 pub(super) const OF_FOOT: &str = "feet.FL.";
 
-/// Returns all keys, in file order. Those of half-widths are last.
+/// Returns all keys, in file order. The keys of half-widths are last.
 #[must_use]
 pub fn keys() -> Vec<Key> {
     let key = |path: &str, kind| Key { path: path.to_owned(), kind };

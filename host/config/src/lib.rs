@@ -364,7 +364,7 @@ impl Preset {
         }
     }
 
-    /// Returns the samples that the preset is meant for. Those of a recording may differ.
+    /// Returns the samples that the preset is meant for. The samples of a recording may differ.
     #[must_use]
     pub fn stream(self, format: Format) -> Stream {
         let paper = match (self, format) {
@@ -469,7 +469,7 @@ impl FootAxes {
         feet.find(|foot| !is_among(foot, names))
     }
 
-    /// Replaces the mountings in the correction of all feet and in those of single feet.
+    /// Replaces the mountings in the correction of all feet and in the corrections of single feet.
     pub fn set(&self, all: &mut Correction, feet: &mut BTreeMap<String, Correction>) {
         match self {
             Self::All(mounting) => {

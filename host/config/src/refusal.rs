@@ -166,7 +166,7 @@ impl InWords for Refusal {
 const FASTEST_IN_S: f32 = 2.0;
 
 impl Origins<'_> {
-    /// Checks that every setting has an effect with `params`, and that those of single feet are in range.
+    /// Checks that every setting has an effect with `params`, and that the settings of single feet are in range.
     ///
     /// # Errors
     /// The first option or key without effect, or out of range in the table of a foot.

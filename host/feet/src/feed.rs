@@ -409,7 +409,7 @@ struct PlayedLine {
 }
 
 impl MergedLine {
-    /// Reads the next data of each playback, and removes those that have ended.
+    /// Reads the next data of each playback, and removes playbacks that have ended.
     fn read(&mut self, longest: Duration) -> Result<(), LinkError> {
         let mut index = 0;
         while let Some(line) = self.lines.get_mut(index) {

@@ -1,4 +1,4 @@
-//! Conversion of a foot's clock to that of the receiver.
+//! Conversion of a foot's clock to the receiver's clock.
 //!
 //! A message is received after it was made, with a delay that varies but is never negative. So the least difference of
 //! the two clocks is the best estimate of their offset. Clocks drift, so only the newest seconds are used.

@@ -12,7 +12,7 @@
 //! | the session passes arrivals to the decoder, and the decoder's messages to the feet that sent them | [`session`] |
 //! | the decoder makes a contact of the frames of a sample | [`decode::live`], for each kind of line [`decode`] |
 //! | a foot keeps what it sent last, with rate and jitter of its contacts | [`live_foot`] |
-//! | the foot's clock is converted to that of the receiver | [`foot_clock`] |
+//! | the foot's clock is converted to the receiver's clock | [`foot_clock`] |
 //!
 //! Beside this path:
 //!

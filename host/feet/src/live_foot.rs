@@ -38,7 +38,7 @@ pub struct LiveFoot {
     pub missing: u64,
     /// Number of frames dropped by the foot, as far as reported.
     pub dropped: u64,
-    /// Last load sent to the foot, N, or that of the recording that is played.
+    /// Last load sent to the foot, N, or the load in the recording that is played.
     pub load: Option<f32>,
     /// Newest orientation.
     pub orientation: Option<Quaternion>,
@@ -113,7 +113,7 @@ impl LiveFoot {
         row.flags = row.flags.or(of_health);
         self.missing = self.missing.saturating_add_signed(row.missing);
         if row.velocity_sigma.is_some() {
-            // Estimated on a host: its rate may be that of any sensor.
+            // Estimated on a host: its rate depends on the sensor.
             self.second.take_of_host(row.timestamp, row.segment, at);
         } else {
             self.second.take(row.timestamp, row.segment, at);
@@ -274,7 +274,7 @@ impl NewestSecond {
         }
     }
 
-    /// Adds a contact that was estimated on a host, whose rate may be higher than that of a board.
+    /// Adds a contact that was estimated on a host, whose rate may be higher than a board's.
     pub fn take_of_host(&mut self, made: Timestamp, segment: u32, received: Timestamp) {
         self.take(made, segment, received);
         self.several_us = None;

@@ -1,8 +1,8 @@
 //! IMU whose samples arrive one by one, such as on a topic of ROS 2, and are estimated here.
 //!
-//! The rate is that of the stamps in the first half second, unless it is given; samples are held back until it is known.
-//! Then each sample becomes a row at once, as a foot sends it. The samples are checked while they come: the same checks as
-//! those of a recording, after 5 s, 15 s and 45 s, and then once a minute.
+//! The rate follows from the stamps in the first half second, unless it is given. Samples are held back until it is
+//! known. Then each sample becomes a row at once, as a foot sends it. The samples are checked while they come: the same
+//! checks as those of a recording, after 5 s, 15 s and 45 s, and then once a minute.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -21,7 +21,7 @@ use crate::link::{Arrival, Arrived, Remark};
 use crate::sample_times::{FoundTiming, Placed, SampleTimes, first_rate};
 use crate::source::Playback;
 
-/// Format by which the parameters are chosen: the unit of a load is that of a message.
+/// Format by which the parameters are chosen: the unit of a load is the unit of a message.
 const FORMAT: Format = Format::Mcap;
 
 /// Rate at which the parameters are checked before the first sample, Hz.
@@ -131,7 +131,7 @@ impl LiveImu {
         })
     }
 
-    /// Returns the same IMU as that of another foot, if no row was made of it yet.
+    /// Returns the same IMU for another foot, if no row was made of it yet.
     ///
     /// # Errors
     /// A parameter of that foot is out of its range.

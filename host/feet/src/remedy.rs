@@ -1,8 +1,8 @@
 //! Remedies: for faults, flags and refusals ([`Trouble`]), and for errors and notices of this library ([`FootHint`]).
 //!
-//! Those of a [`Trouble`] are the same in every program: one table for explanations, monitors and the documentation. The
-//! remedy of an error may depend on the program: the command line names an option or another command, Python an argument.
-//! Such an error has a [`FootHint`], which each program expresses in its own words.
+//! The remedies of a [`Trouble`] are the same in every program: one table for explanations, monitors and the
+//! documentation. The remedy of an error may depend on the program: the command line names an option or another
+//! command, Python an argument. Such an error has a [`FootHint`], which each program expresses in its own words.
 
 use estimator_core::Flag;
 use wire::{AbortCode, Fault};

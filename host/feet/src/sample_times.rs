@@ -16,7 +16,7 @@ const UNEVEN: f64 = 0.1;
 /// Share of uneven steps from which stamps jitter.
 const JITTERS: f64 = 0.2;
 
-/// Deviation of the measured rate from that of the estimator from which the rate has changed, as a fraction.
+/// Deviation of the measured rate from the estimator's rate beyond which the rate has changed, as a fraction.
 const RATE_CHANGES: f64 = 0.1;
 
 /// Step ahead of smoothed times that is a gap, µs, if it is also longer than [`GAP_PERIODS`].
@@ -51,7 +51,7 @@ pub(crate) struct SampleTimes {
     since_us: f64,
     origin_us: i64,
     judged: Judged,
-    /// Rate that one period of judgement found instead of that of the estimator, Hz.
+    /// Rate that one period of judgement found instead of the estimator's rate, Hz.
     other_rate: Option<f64>,
 }
 

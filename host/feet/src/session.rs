@@ -31,7 +31,7 @@ pub struct Session {
     first: Option<Timestamp>,
     /// Clock of the feed.
     clock: LineClock,
-    /// Time of the newest arrival, on the clock that stamped it and on that of the feed.
+    /// Time of the newest arrival, on the clock that stamped it and on the clock of the feed.
     newest: Option<(Timestamp, Duration)>,
     now: Timestamp,
     /// Number of lines and fragments that could not be read.
@@ -208,7 +208,7 @@ impl Session {
         &self.listening
     }
 
-    /// Returns the time of the newest arrival, or that of the clock since then.
+    /// Returns the time of the newest arrival, or the present time of the clock if that is later.
     #[must_use]
     pub const fn now(&self) -> Timestamp {
         self.now

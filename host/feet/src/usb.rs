@@ -275,8 +275,9 @@ fn ports_of_system() -> Vec<UsbPort> {
     feet
 }
 
-/// Listens to a board that may have any program, and returns whether it sends as a foot does. Sends nothing, because the
-/// bytes could be commands to another program. A port that cannot be opened counts: it may be that of a foot in use.
+/// Listens to a board that may have any program, and returns whether it sends as a foot does. Sends nothing, because
+/// the bytes could be commands to another program. A port that cannot be opened counts, because it may belong to a foot
+/// in use.
 #[cfg_attr(not(any(windows, test)), expect(dead_code, reason = "others know names"))]
 fn sends_as_foot(port: &str) -> bool {
     let Ok(mut line) = SerialLine::open(port, DEFAULT_BAUD) else {

@@ -86,7 +86,7 @@ struct Unfinished(PathBuf);
 
 /// Removes a file, or a folder with its content.
 fn remove(path: &Path) {
-    // After success nothing has this name. After a failure the first error counts, not that of the removal.
+    // After success nothing has this name. After a failure the first error counts, not the error of the removal.
     let _ = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
 }
 

@@ -196,7 +196,7 @@ pub fn check_inputs(inputs: &[PathBuf]) -> Result<(), InputError> {
 /// Opens a recording as [`Opened::new`] does, with a bar while it is read; `-` is standard input.
 ///
 /// # Errors
-/// Those of [`Opened::new`].
+/// The errors of [`Opened::new`].
 pub fn open_recording(
     path: &Path,
     format: Option<Format>,

@@ -581,7 +581,7 @@ mod tests {
             "two boards are FL, node 17 on /dev/ttyACM8 and node 17 on /dev/ttyACM9; make one of them FR: \
              footfall foot slcan:/dev/ttyACM8@1000 --node 17 id FR, or footfall foot slcan:/dev/ttyACM9@1000 --node 17 id FR"
         );
-        // The names of interfaces in a log are not those of this machine.
+        // The names of interfaces in a log may be from another machine.
         assert_eq!(
             same_name(&["file:can.log"], ["can0", "can1"]),
             "two boards are FL, node 17 on can0 and node 17 on can1; play them one at a time"

@@ -72,7 +72,7 @@ pub struct RosDomain {
 pub const LAST_DOMAIN: u16 = 232;
 
 impl RosDomain {
-    /// Returns the domain and the interfaces that are given, else those of the variables of ROS.
+    /// Returns the domain and the interfaces that are given, else the values of the variables of ROS.
     ///
     /// # Errors
     /// The variable has no domain.

@@ -112,8 +112,8 @@ impl Sampler {
 
 /// Simulates a plan with the sensor specimen of `seed`, from time 0 on.
 ///
-/// Each sample is that of the first data-ready edge after its tick, at most 155 µs later, and carries that edge's
-/// time; the sensor's filters delay it by another 0.7 ms. Truth, load and label are those of the edge; the load
+/// Each sample belongs to the first data-ready edge after its tick, at most 155 µs later, and carries that edge's
+/// time; the sensor's filters delay it by another 0.7 ms. Truth, load and label belong to the edge; the load
 /// has no error. The same arguments give the same bits on every machine.
 ///
 /// # Panics

@@ -16,7 +16,7 @@ pub struct Correction {
 }
 
 impl Correction {
-    /// An ideal sensor whose axes are those of the foot.
+    /// An ideal sensor whose axes are the axes of the foot.
     pub const NONE: Self = Self {
         accelerometer: AccelerometerCorrection::NONE,
         gyroscope_bias: Vec3::ZERO,

@@ -59,7 +59,7 @@ pub struct InputOptions {
 }
 
 impl InputOptions {
-    /// Correction of a foot with these names: its own, else that of all feet.
+    /// Correction of a foot with these names: its own, else the correction of all feet.
     #[must_use]
     pub fn correction_of(&self, names: &[&str]) -> &Correction {
         let mut own = self.foot_corrections.iter();

@@ -11,12 +11,12 @@ use crate::problem::OptionProblem;
 /// Columns of a file by our names.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Mapping {
-    /// Pairs of our name and that of the file.
+    /// Pairs of our name and the file's name.
     pub columns: Vec<(&'static str, String)>,
 }
 
 impl Mapping {
-    /// Pairs of our name and that of the file.
+    /// Pairs of our name and the file's name.
     pub fn pairs(&self) -> impl Iterator<Item = (&'static str, &str)> {
         self.columns.iter().map(|(ours, theirs)| (*ours, theirs.as_str()))
     }

@@ -1,4 +1,4 @@
-//! Topics of a bag: those of the feet and of their loads, and other names of feet.
+//! Topics of the feet and of their loads in a bag, and other names of feet.
 
 use std::fmt;
 use std::str::FromStr;
@@ -12,7 +12,7 @@ pub struct BagOptions {
     pub topics: Topics,
     /// Topics that are left out; `*` matches any text.
     pub excluded: Vec<String>,
-    /// Frames (`header.frame_id`) of the feet, if one topic has those of several; empty for all.
+    /// Frames (`header.frame_id`) of the feet, if one topic has the frames of several feet; empty for all.
     pub frames: Vec<String>,
     /// Topics of their loads, in the same order: empty, one for each foot, or a single one in which `{foot}` is
     /// replaced by the name of each.

@@ -1,4 +1,4 @@
-//! Angular rates in the columns of the accelerometer, and accelerations in those of the gyroscope.
+//! Angular rates in the columns of the accelerometer, and accelerations in the columns of the gyroscope.
 
 use estimator_core::Gravity;
 use samples::RecordedSample;

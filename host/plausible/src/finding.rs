@@ -53,7 +53,7 @@ pub enum Finding {
         /// Its end, s before the end of the recording.
         before_end_s: f64,
     },
-    /// The columns of the accelerometer contain angular rates, and those of the gyroscope accelerations.
+    /// The columns of the accelerometer contain angular rates, and the columns of the gyroscope accelerations.
     ExchangedSensors {
         /// Angular rate at rest as read, rad/s: in truth gravity.
         at_rest: f32,
@@ -381,7 +381,7 @@ impl Finding {
             Self::DifferentAxes { .. } if *mounting != Mounting::default() => {
                 Self::DifferentAxes { gyroscope: None }
             }
-            // The columns are those of the sensor.
+            // The columns belong to the sensor.
             Self::LeftHanded { .. } if *mounting != Mounting::default() => {
                 Self::LeftHanded { up: "z" }
             }
@@ -408,7 +408,7 @@ fn times(count: usize) -> String {
     }
 }
 
-/// Decimals with which an acceleration of about that of gravity, or far above it, is written.
+/// Decimals with which an acceleration of about g, or far above g, is written.
 fn decimals(at_rest: f32) -> usize {
     if at_rest > LARGEST_REST { 0 } else { 2 }
 }

@@ -11,7 +11,7 @@ const MOST: usize = 1 << 16;
 /// Fewest loads that show both levels.
 const FEWEST: usize = 200;
 
-/// Shares of the loads below the level of a swing, and below that of a stance.
+/// Shares of the loads below the level of a swing, and below the level of a stance.
 const LOW: f64 = 0.05;
 const HIGH: f64 = 0.95;
 

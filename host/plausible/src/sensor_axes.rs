@@ -57,7 +57,7 @@ const ALIKE: f64 = 1.15;
 /// Number of ways to lay three axes along three others.
 const WAYS: usize = 48;
 
-/// The way of the recorded axes, and that of their mirror image.
+/// The way of the recorded axes, and the way of their mirror image.
 const RECORDED: usize = 0;
 const MIRROR: usize = 7;
 
@@ -91,7 +91,7 @@ fn along(way: Way, v: Vector) -> Vector {
 pub(crate) enum Axes {
     /// They are a mirror image.
     Mirrored,
-    /// Those of the gyroscope lie along those of the accelerometer like this.
+    /// The axes of the gyroscope lie along the axes of the accelerometer like this.
     Different(Way),
 }
 

@@ -47,7 +47,7 @@ pub struct ProgramOrigin {
     pub version: [u8; 3],
     /// Commit.
     pub commit: [u8; 20],
-    /// Whether the sources were those of the commit.
+    /// Whether the sources were the same as in the commit.
     pub sources: Sources,
     /// Time of the commit, s since 1970. An update does not lower it.
     pub sequence: u32,

@@ -171,7 +171,7 @@ impl Opened {
     /// about the table at its end.
     ///
     /// # Errors
-    /// The errors of [`Self::store_all`], or that of `each`.
+    /// The errors of [`Self::store_all`], or the error of `each`.
     pub fn stream(
         self,
         input_options: &InputOptions,

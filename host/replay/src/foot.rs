@@ -1,7 +1,7 @@
 //! Replay of a stored recording: the samples of a foot through the estimator, into tables, events and a summary.
 //!
 //! Each sample is read, estimated, written and discarded, so memory does not grow with the length of a recording. Rows
-//! of a foot wait in a temporary file until those of the previous feet are written.
+//! of a foot wait in a temporary file until the rows of the previous feet are written.
 
 use std::io;
 

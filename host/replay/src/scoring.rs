@@ -10,7 +10,7 @@
 //! each bin's mean label over its mean probability; the expected calibration error is their mean distance, weighted by the
 //! samples in the bin.
 //!
-//! The error of an orientation is the angle between the vertical of the estimate and that of the truth. Heading is not
+//! The error of an orientation is the angle between the vertical of the estimate and the true vertical. Heading is not
 //! observable by an IMU on a foot, and gravity is removed by inclination only.
 
 use estimator_core::{ContactEstimate, Quaternion, Timestamp};
@@ -313,7 +313,7 @@ impl Sums {
     }
 }
 
-/// Angle between the vertical of the estimate and that of the truth in the sensor frame, 0 to 180 degrees.
+/// Angle between the vertical of the estimate and the true vertical in the sensor frame, 0 to 180 degrees.
 #[must_use]
 pub fn inclination_error_degrees(estimate: Quaternion, truth: Rotation) -> f64 {
     let estimated = Vector::from(estimate.up());

@@ -134,10 +134,10 @@ pub struct WithInputs<R> {
     /// The report.
     #[serde(flatten)]
     pub report: R,
-    /// The mounting, where it is not that of the foot's own axes.
+    /// The mounting, if the sensor's axes are not the axes of the foot.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mounting: Option<MountingReport>,
-    /// Thresholds that the load crosses, where it does not cross those in use.
+    /// Thresholds that the load crosses, where it does not cross the thresholds in use.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub load: Option<LoadThresholds>,
     /// By the name of the file.

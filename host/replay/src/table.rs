@@ -1,5 +1,5 @@
-//! Tables of the estimates and events of feet, each of which waits in a temporary file until those of the previous feet
-//! are written.
+//! Tables of the estimates and events of feet, each of which waits in a temporary file until the tables of the previous
+//! feet are written.
 
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -38,7 +38,7 @@ impl Layout {
     }
 }
 
-/// Estimates of one foot, buffered until those of the preceding feet are written.
+/// Estimates of one foot, buffered until the estimates of the preceding feet are written.
 pub enum EstimateTable {
     /// CSV text.
     Csv(CsvRows),

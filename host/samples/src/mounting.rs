@@ -199,7 +199,7 @@ pub enum MountingSource {
     Given,
 }
 
-/// A mounting that is not that of the foot's own axes. `Display` is the report for the terminal.
+/// A mounting with other axes than the foot's. `Display` is the report for the terminal.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MountingReport {
     /// The mounting.
@@ -215,7 +215,7 @@ pub struct MountingReport {
 
 impl MountingReport {
     /// Returns the mounting for recordings read with `given`: `given` itself if z was up at rest or up is unknown,
-    /// otherwise the mounting that puts z up. `None` if the sensor's axes are those of the foot.
+    /// otherwise the mounting that puts z up. `None` if the sensor's axes are the axes of the foot.
     #[must_use]
     pub fn of(rest: &RestingUp, given: &Mounting) -> Option<Self> {
         let up = rest.mean().filter(|_| rest.disagreement().is_none());

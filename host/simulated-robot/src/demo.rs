@@ -170,7 +170,7 @@ pub enum DemoError {
     /// A key is unknown.
     #[error("demo has no key {0:?}; its keys are feet, seed, speed, seconds, line and clock")]
     Key(String),
-    /// The clock is that of this machine, and the speed is not 1.
+    /// The clock is the clock of this machine, and the speed is not 1.
     #[error("clock=now needs speed=1, but speed is {0}")]
     SpeedOfNow(Speed),
 }

@@ -41,7 +41,7 @@ impl Transmission {
 /// Simulates a foot with the default [settings]: one tick per sample.
 ///
 /// # Errors
-/// Those of [`walk_with`].
+/// The errors of [`walk_with`].
 pub fn walk(simulation: &Simulation) -> Result<Transmission, ParamsError> {
     walk_with(&settings(), simulation, |_, _| ())
 }

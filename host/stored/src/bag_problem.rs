@@ -52,7 +52,7 @@ pub enum MessageProblem {
     /// It ends before a field of its definition.
     #[error("it has fewer bytes than its type")]
     Cut,
-    /// A field has an invalid value. The error is that of the decoder, a library of builds that read bags.
+    /// A field has an invalid value. The error comes from the decoder, a library of builds that read bags.
     #[error(transparent)]
     Value(Box<dyn Error + Send + Sync>),
     /// Its length fits no size of the characters in a `wstring`.
@@ -115,7 +115,7 @@ pub enum DefinitionProblem {
         /// Names of all fields.
         fields: Vec<String>,
     },
-    /// A part of a name is that of a field without fields.
+    /// A part of a name names a field without fields.
     #[error("there is no {name}: what is before .{field} has no fields")]
     NoFieldsBefore {
         /// The whole name.
@@ -157,7 +157,7 @@ pub enum FieldsProblem {
     Definition(DefinitionProblem),
     /// There is no accelerometer with a gyroscope among these numbers.
     NoAxes(Vec<String>),
-    /// The IMU in this part is that of the robot's trunk.
+    /// The IMU in this part is on the robot's trunk.
     OfTrunk {
         /// Part of the message.
         part: &'static str,

@@ -38,7 +38,7 @@ pub struct SentContact {
     pub decision: Decision,
     /// Phase of the gait.
     pub phase: Phase,
-    /// Reasons for doubt. On CAN those of the newest health frame, up to 0.1 s older than the contact.
+    /// Reasons for doubt. On CAN from the newest health frame, up to 0.1 s older than the contact.
     pub flags: Flags,
     /// Whether the foot sent it as valid.
     pub is_valid: bool,
@@ -161,7 +161,7 @@ impl Spooled for SentContact {
     /// acceleration.
     const NUMBERS: usize = 17;
 
-    /// Its codes are those of decision and validity, phase, and flags.
+    /// Its codes mean decision and validity, phase, and flags.
     fn encode(&self) -> (u64, impl Iterator<Item = f32>, [u8; 3]) {
         let p = &self.probabilities;
         let Quaternion { w, x, y, z } = self.orientation;

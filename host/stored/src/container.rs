@@ -46,7 +46,7 @@ pub struct Container {
 pub struct ContainerFile {
     /// Format of this file.
     pub format: Format,
-    /// Its path, or that of its copy.
+    /// Its path, or the path of its copy.
     pub path: PathBuf,
     /// Reader of the first pass, which shows its progress.
     first_pass: Option<Box<dyn Read>>,
@@ -144,7 +144,7 @@ fn other_format(file: String, given: Format, found: Option<Format>) -> InputErro
     InputError::of_file(file, Problem::OtherFormat { given, found })
 }
 
-/// Title of a recording: the file's name without its extension and that of its compression.
+/// Title of a recording: the file's name without its extension and the extension of its compression.
 #[must_use]
 pub fn recording_name(path: &Path) -> String {
     let stem = without_ending(path).file_stem().unwrap_or(path.as_os_str());
@@ -260,7 +260,7 @@ mod tests {
     #[test]
     fn kinds_that_are_read_have_a_format() {
         for kind in FileKind::ALL {
-            // Other databases than those of a rosbag2 are refused by their tables.
+            // Databases other than a rosbag2 are refused by their tables.
             let is_read = kind.advice().is_none() || kind == FileKind::Sqlite;
             assert_eq!(format_of_kind(kind).is_some(), is_read, "{kind}");
         }

@@ -333,7 +333,7 @@ pub enum Problem {
         /// Topics of the feet, in order.
         feet: Vec<String>,
     },
-    /// The only IMU is probably that of the trunk.
+    /// The only IMU is probably on the trunk.
     OnlyTrunk {
         /// Its topic.
         topic: String,

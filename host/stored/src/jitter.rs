@@ -15,7 +15,7 @@ const GAP_STEPS: u64 = 4;
 /// Number of steps in a block. The mean step of a block shows changes of the rate, and hardly jitters.
 const BLOCK: u32 = 100;
 
-/// Largest deviation of a block's mean step from that of all, as a fraction, at a steady rate.
+/// Largest deviation of a block's mean step from the mean step of all blocks, as a fraction, at a steady rate.
 const STEADY: f64 = 0.1;
 
 /// Shortest and longest mean step of the blocks of a recording.

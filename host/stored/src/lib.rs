@@ -7,7 +7,7 @@
 //! | samples in memory while they are few, in a temporary file beyond that | [`spool`] |
 //! | the rate of the rows; whether their times jitter; smooth times, in a file and live | [`rate`]; `jitter`; [`smooth`], [`live`] |
 //! | recorded contacts as the estimates | [`contacts`] |
-//! | errors, with their position; those in messages of bags | [`error`]; [`bag_problem`] |
+//! | errors, with their position; errors in messages of bags | [`error`]; [`bag_problem`] |
 //! | dates with times | [`iso8601`] |
 
 pub mod bag_problem;

@@ -1,16 +1,16 @@
 //! Rate and order of the times of rows.
 //!
-//! The sample rate of a `csv` is that of the times between its rows, or the given one. Times that are not in order are
-//! repaired: the fewest possible rows are left out, all rows are spaced by their mean rate, or the times are smoothed
-//! (`smooth`).
+//! The sample rate of a `csv` follows from the times between its rows, unless it is given. Times that are not in order
+//! are repaired: the fewest possible rows are left out, all rows are spaced by their mean rate, or the times are
+//! smoothed (`smooth`).
 
 use options::TimeUnit;
 use samples::steps::{Steps, median};
 
 use crate::error::{InputError, Problem};
 
-/// Largest deviation of a given sample rate from that of the times, as a fraction. The clock of a sensor may be wrong
-/// by some per cent; a rate in another unit is far outside.
+/// Largest deviation of a given sample rate from the rate of the times, as a fraction. The clock of a sensor may be
+/// wrong by some per cent; a rate in another unit is far outside.
 const RATE_TOLERANCE: f64 = 0.1;
 
 /// The same where times scatter: a true rate lies within it, one in another unit far outside.
@@ -19,13 +19,13 @@ const SCATTERED_TOLERANCE: f64 = 0.2;
 /// Share of steps shorter than half the usual step from which times scatter, because they are times of arrival.
 const SCATTERED_SHARE: f64 = 0.05;
 
-/// Multiple of the usual step from which a step is a gap in times that scatter.
+/// Multiple of the usual step beyond which a step counts as a gap, in times that scatter.
 const GAP_STEPS: u64 = 20;
 
 /// Maximum number of periods in a step. A longer step is a gap, whose number of periods is uncertain.
 const MOST_PERIODS: u64 = 3;
 
-/// Returns the given sample rate in Hz, or that of the times.
+/// Returns the given sample rate in Hz, or the rate of the times.
 ///
 /// # Errors
 /// They differ by more than the tolerance of the times, or neither is known.
@@ -42,7 +42,7 @@ pub fn sample_rate(steps: &Steps, given: Option<f32>, file: &str) -> Result<f32,
     }
 }
 
-/// Returns the given rate in Hz, or that of the times.
+/// Returns the given rate in Hz, or the rate of the times.
 ///
 /// # Errors
 /// They differ by more than a fifth.
@@ -105,7 +105,7 @@ pub fn unit_of_step(step: f64) -> Option<TimeUnit> {
     TimeUnit::ALL.into_iter().skip(1).find(is_plausible)
 }
 
-/// Contradiction of a given rate to that of the times, with the unit in which they agree.
+/// Contradiction of a given rate to the rate of the times, with the unit in which they agree.
 fn conflict(measured: f64, given: f32, tolerance: f64) -> Problem {
     let mut units = TimeUnit::ALL.into_iter().skip(1);
     let meant = units.find(|unit| agree(unit.per_second() * measured, given, tolerance));

@@ -202,7 +202,7 @@ impl About {
         Self { name, sample_rate, gravity, ..Self::default() }
     }
 
-    /// Time at which a sample was written to its bag, µs. `time_us` is that of the file's clock, and the result if no
+    /// Time at which a sample was written to its bag, µs. `time_us` is on the file's clock, and the result if no
     /// other time is known.
     #[must_use]
     pub fn written_us(&self, time_us: i64) -> i64 {
@@ -211,13 +211,13 @@ impl About {
         anchor.map_or(time_us, |(time, written)| time_us.saturating_add(written - time))
     }
 
-    /// Name of the foot, or that of the recording if it has none.
+    /// Name of the foot, or of the recording if the foot has none.
     #[must_use]
     pub fn foot_or_name(&self) -> &str {
         self.foot.as_deref().unwrap_or(&self.name)
     }
 
-    /// Name of the foot in tables and plots: that of the recording, then its own if it has one.
+    /// Name of the foot in tables and plots: the recording's name, then its own if it has one.
     #[must_use]
     pub fn title(&self) -> String {
         match &self.foot {
@@ -370,7 +370,7 @@ impl Rows {
     /// Advances the clock, and returns the time since the first row.
     ///
     /// # Errors
-    /// The time is not after that of the previous row.
+    /// The time is not after the time of the previous row.
     fn advance_to(&mut self, now_us: i64) -> Result<Timestamp, Refused> {
         let clock = self.clock.get_or_insert(Clock::at(now_us));
         if self.has_rows {
@@ -539,7 +539,7 @@ impl Clock {
 
 /// Reason why a row was rejected.
 pub enum Refused {
-    /// Its time is not after that of the previous row.
+    /// Its time is not after the time of the previous row.
     Time {
         /// Time of the previous row, µs.
         previous_us: i64,
@@ -628,7 +628,7 @@ struct TimedSamples<'a> {
 }
 
 impl<'a> TimedSamples<'a> {
-    /// Starts at the first sample; `clock` is that of [`Stored::clock_of_samples`].
+    /// Starts at the first sample; `clock` comes from [`Stored::clock_of_samples`].
     fn new(
         spool: &'a mut Spool,
         timing: &'a Timing,

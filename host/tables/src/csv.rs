@@ -50,7 +50,7 @@ pub fn read(mut table: Table, input_options: &InputOptions) -> Result<Vec<Stored
 /// Passes each sample of a table on as soon as its row is complete; returns the notices about the table.
 ///
 /// # Errors
-/// The first error found, with file, line and column, or that of `each`.
+/// The first error found, with file, line and column, or the error of `each`.
 pub fn stream(
     mut table: Table,
     input_options: &InputOptions,
@@ -131,7 +131,7 @@ pub struct Intake<'a> {
     feet: Vec<FootRows>,
     /// Whether each row is taken before the next.
     is_stream: bool,
-    /// Notices about the table other than those about its columns.
+    /// Notices about the table, except notices about its columns.
     pub notices: Vec<String>,
 }
 
@@ -321,7 +321,7 @@ impl<'a> Intake<'a> {
         micros.map(Some)
     }
 
-    /// Checks that a stream has the rows of one foot, because those of several would be mixed.
+    /// Checks that a stream has the rows of one foot, because the rows of several feet would be mixed.
     fn expect_one_foot(&self) -> Result<(), InputError> {
         if self.feet.len() < 2 {
             return Ok(());
@@ -630,7 +630,7 @@ impl TimeColumn {
         Ok(whole.saturating_add(fraction))
     }
 
-    /// Error about a time that is not after that of the previous row.
+    /// Error about a time that is not after the time of the previous row.
     fn order_error(&self, row: &impl Cells, previous_us: i64) -> InputError {
         let text = row.shown(self.index).into_owned();
         let previous = previous_us as f64 / (1.0e6 / self.unit.per_second());

@@ -1,8 +1,8 @@
 //! Feet in one table: a column that names the foot of each row.
 //!
-//! A column is taken for that of the feet if the rows of its names alternate, or if the time goes back where the name
-//! changes, as in tables of single feet that were joined. A column with another meaning, such as a contact, has long runs
-//! of one name while the time advances.
+//! A column is taken for the column of the feet if the rows of its names alternate, or if the time goes back where the
+//! name changes, as in tables of single feet that were joined. A column with another meaning, such as a contact, has
+//! long runs of one name while the time advances.
 
 use std::collections::BTreeSet;
 

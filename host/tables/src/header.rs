@@ -131,7 +131,7 @@ impl Layout {
         Ok(Some(Self { names_ignored, ..layout }))
     }
 
-    /// Finds our columns among those of a header.
+    /// Finds our columns in a header.
     pub fn named(header: &Row, options: &TableOptions, index: Index) -> Result<Self, InputError> {
         let mut naming = Naming {
             names: header.cells().map(str::to_owned).collect(),

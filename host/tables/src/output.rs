@@ -28,7 +28,7 @@ use stored::About;
 /// | `decision` | the debounced [`Decision`]: 1 stable, 0 not, from the IMU alone | 0 or 1 |
 /// | `flags` | names of the [`Flags`](estimator_core::Flags), joined by a vertical bar | |
 ///
-/// An unknown number is blank, such as those that a recorded contact lacks.
+/// An unknown number is blank, such as a number that a recorded contact lacks.
 ///
 /// With half-widths, the first three are the paper's products of probabilities per axis; see
 /// [`Probabilities`](estimator_core::Probabilities).
@@ -59,7 +59,7 @@ impl RowNames {
         (self != Self::Absent).then_some(FOOT)
     }
 
-    /// Writes the header of a table with these columns, and with that of the names.
+    /// Writes the header of a table with these columns, and with the column of the names.
     ///
     /// # Errors
     /// Any error of the writer.
@@ -140,7 +140,7 @@ pub fn write_recording_row(
     writeln!(to)
 }
 
-/// Writes a recording with its estimates, one per sample: the columns of [`write_recording`], then those of
+/// Writes a recording with its estimates, one per sample: the columns of [`write_recording`], then the columns of
 /// [`HEADER`] except its time.
 ///
 /// # Errors

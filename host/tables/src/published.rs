@@ -1,7 +1,7 @@
 //! Published recordings of robots: `pce-atlas` and `lcd` of simulated ones, `pce-go1` of a real one.
 //!
 //! # Simulated robots
-//! ATLAS, published with the method, and those of `lcd`, which have the same columns.
+//! ATLAS, published with the method, and the tables of `lcd`, which have the same columns.
 //! They have no header.
 //!
 //! Sources: `offline/data` of the authors' repository,

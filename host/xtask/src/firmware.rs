@@ -81,7 +81,7 @@ pub fn elf_of(program: &str) -> PathBuf {
     built().join(program)
 }
 
-/// Builds all programs that tests run: those of the boards, their bootloaders, the programs that measure new boards,
+/// Builds all programs that tests run: the boards' programs, their bootloaders, the programs that measure new boards,
 /// and the one that checks an emulator.
 ///
 /// # Errors

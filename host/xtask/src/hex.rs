@@ -146,7 +146,7 @@ fn dfu_file(pieces: &[Piece]) -> Vec<u8> {
         file.extend(word.to_le_bytes());
     }
     file.extend(b"UFD\x10");
-    // The checksum of DFU is that of zlib without its last inversion.
+    // The checksum of DFU is zlib's checksum without its last inversion.
     let sum = !crc32fast::hash(&file);
     file.extend(sum.to_le_bytes());
     file

@@ -93,8 +93,8 @@ const LIBRARIES: [Library<'_>; 17] = [
     library("x86_64-pc-windows-gnu", &["windows/x86_64"]),
 ];
 
-/// Functions of C to which the compiler generates calls, the last one on macOS. Those of its own library begin with
-/// `__`.
+/// Functions of C to which the compiler generates calls, the last one on macOS. The functions of its own library begin
+/// with `__`.
 const C_FUNCTIONS: [&str; 6] =
     ["memcpy", "memmove", "memset", "memcmp", "sqrtf", "memset_pattern16"];
 
@@ -128,7 +128,7 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// Builds the archive for all processors in `dist`, with a file of its SHA-256, and returns its path.
 ///
 /// # Errors
-/// A target cannot be installed or built, or a library has symbols that could collide with those of a program.
+/// A target cannot be installed or built, or a library has symbols that could collide with the symbols of a program.
 pub fn run(dist: &Path) -> Result<PathBuf> {
     let folder = root().join("target/library").join(NAME);
     fill(&folder, &LIBRARIES)?;

@@ -66,7 +66,7 @@ impl Packages {
         owner.map(|(name, _)| name.as_str())
     }
 
-    /// Packages with these files, and those that depend on them, directly or indirectly. The manifest
+    /// Packages with these files, and the packages that depend on them, directly or indirectly. The manifest
     /// at the root and the files that configure compiler, lints and linker affect all packages.
     pub fn affected(&self, paths: &BTreeSet<String>) -> BTreeSet<String> {
         let of_all = [

@@ -9,7 +9,7 @@ use crate::firmware::{self, Board};
 use crate::install::{self, Tool};
 
 /// Packages of the tests. They are compiled as one selection, so that nothing is compiled twice: the features of shared
-/// dependencies are those of all packages together. An installed package tests that of Python. The readers of bags would
+/// dependencies are the union over all packages. An installed package tests Python. The readers of bags would
 /// give the program under test a feature that it has not by default, and compile `SQLite`: the gate tests them by themselves.
 pub const PACKAGES: [&str; 7] = [
     "--workspace",
@@ -57,7 +57,7 @@ fn boot() -> Step {
     Step::cargo(&["test", "--locked"]).with(LABORATORY).with(["--package", "boot"])
 }
 
-/// Runs two tasks at the same time. The first error is that of the second task, which takes longer.
+/// Runs two tasks at the same time. The first error comes from the second task, which takes longer.
 fn side_by_side(
     short: impl FnOnce() -> Result<()> + Send,
     long: impl FnOnce() -> Result<()>,

@@ -1,4 +1,4 @@
-//! The RMSE that the product's tests hold each set to is that of the result.
+//! The product's tests hold each set to the RMSE of the result.
 
 use host_tests::sets::Set;
 use results::Stored;

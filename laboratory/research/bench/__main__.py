@@ -82,7 +82,7 @@ def select(
 
 
 def rows(feet: Sequence[Judged]) -> list[dict[str, Any]]:
-    """Figures by motion, rate and method; those of ours also by robot."""
+    """Figures by motion, rate and method, and by robot for our method."""
     quadrupeds = [robot.name for robot in QUADRUPEDS]
     found = []
     for groups, robots in ((GROUPS, quadrupeds), (OF_HUMANOID, [HUMANOID.name])):

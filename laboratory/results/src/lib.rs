@@ -405,7 +405,7 @@ impl Stored {
         text.with_context(|| format!("{} has no text `{key}`", file(&self.name)))
     }
 
-    /// Programs that are built now with another digest than that on which it was measured.
+    /// Programs that are built now with another digest than when it was measured.
     ///
     /// # Errors
     /// An ELF cannot be read.
@@ -609,7 +609,7 @@ pub fn with_block(text: &str, name: &str, content: &str) -> Result<String> {
     Ok(format!("{}{content}{}", &text[..from], &text[to..]))
 }
 
-/// Prints the results that were measured on other programs than those that are built now, and those whose commit is
+/// Prints the results that were measured on other programs than are built now, and results whose commit is
 /// not in the history.
 ///
 /// # Errors
@@ -642,7 +642,7 @@ fn lost() -> Result<Vec<String>> {
     Ok(lost)
 }
 
-/// Refuses results that were measured on other programs than those that are built now.
+/// Refuses results that were measured on other programs than are built now.
 ///
 /// # Errors
 /// Such a result exists, or a file cannot be read.

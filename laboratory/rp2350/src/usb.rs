@@ -359,7 +359,7 @@ impl Usb {
 /// Number of the request that opens the port, the last one.
 const REQUESTS: usize = 9;
 
-/// Numbers of the bulk endpoints, in and out: those of the serial port's data.
+/// Numbers of the bulk endpoints, in and out, of the serial port's data.
 fn bulk_endpoints(configuration: &[u8]) -> [Option<u32>; 2] {
     let mut found = [None; 2];
     let mut rest = configuration;

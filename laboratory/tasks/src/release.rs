@@ -69,7 +69,7 @@ const BILLS: [Bill; 7] = [
     },
 ];
 
-/// Oldest glibc that wheels run with: that of `manylinux_2_28`.
+/// Oldest glibc that wheels run with, as in `manylinux_2_28`.
 const WHEELS_FOR: &str = "manylinux_2_28";
 
 /// Files of the repository that describe the messages of a foot, and the rule for udev.

@@ -76,7 +76,7 @@ pub fn run() -> Result<()> {
 
 /// Folder of Debian's newest kernel, unpacked; `None` if its package is unknown.
 fn kernel(work: &Path) -> Result<Option<PathBuf>> {
-    // The name of the newest kernel is that of a package on which this one depends.
+    // This package depends on the package of the newest kernel, and so has its name.
     let depends = Step::program("apt-cache").with(["depends", "linux-image-amd64"]).output();
     let depends = depends.unwrap_or_default();
     let Some(name) = depends.lines().find_map(|line| line.trim().strip_prefix("Depends: ")) else {

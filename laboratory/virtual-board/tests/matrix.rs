@@ -8,7 +8,7 @@ use virtual_board::emulator::corner::Corner;
 use virtual_board::emulator::wiring::Wiring;
 use virtual_board::product::scenario::{self, Case, Scenario};
 
-/// Rows to run: those that `FOOTFALL_ROWS` names, separated by commas, or all.
+/// Rows to run: the rows that `FOOTFALL_ROWS` names, separated by commas, or all.
 fn chosen() -> Vec<&'static Scenario> {
     let names = std::env::var("FOOTFALL_ROWS").unwrap_or_default();
     let is_chosen =
@@ -63,7 +63,7 @@ fn every_fault_is_reported_and_recovered_from() {
     assert_reproduced_on(&[Wiring::reference().program], result);
 }
 
-/// Rows for boards other than the reference board: those that depend on pins, crystal, timer or streams, and one of
+/// Rows for boards other than the reference board: the rows that depend on pins, crystal, timer or streams, and one of
 /// each other kind. The other rows depend on nothing that differs between the boards.
 const OF_OTHER_BOARDS: &str = "miso-low miso-high spi-dma-error spi-hung sensor-reset no-sensor data-ready-lost data-ready-storm \
     edge-glitches edge-noise clock-fast data-line-late-at-start bus-shorted bus-saturated uart-break uart-dma-error \

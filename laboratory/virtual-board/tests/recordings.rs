@@ -20,7 +20,7 @@ use virtual_board::product::motion::TEMPERATURE;
 use virtual_board::product::on_all_cores;
 use virtual_board::product::report::{self, RunOptions};
 
-/// Recordings, each with its format and the start of its playback, s: those of `broad` rest for half a minute.
+/// Recordings, each with its format and the start of its playback, s: the recordings of `broad` rest for half a minute.
 const RECORDINGS: &str = "\
 pce/ATLAS_01ground.csv pce-atlas 0
 pce/ATLAS_01ground_3steps.csv pce-atlas 0

@@ -1,4 +1,4 @@
-//! The time of a SYNC is that of its end, also in the middle of a tick.
+//! The time of a SYNC is the time of its end, also in the middle of a tick.
 
 use crate::common::{MILLISECOND, boot_product, product, run};
 use virtual_board::emulator::part::can::{BusFrame, TimedFrame};

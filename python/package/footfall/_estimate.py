@@ -128,7 +128,7 @@ def estimate_file(
         As in :func:`estimate`.
     format, rate, topic, not_topic, frame, load_topic, rename, map, units, scale, decimal, time_unit,
     times
-        As in :func:`read`. A given `rate`, `gravity` or `axes` overrides that of `config`.
+        As in :func:`read`. A given `rate`, `gravity` or `axes` overrides `config`.
     estimate_again : bool
         Whether to estimate again from the samples of a bag that holds the contacts of its feet, as written by
         ``footfall record``. By default these contacts are the estimates, with their times and rate: settings have no

@@ -184,7 +184,7 @@ def read(
         ``"mg,mdps"``.
     scale : two or three floats, optional
         Factors that convert the readings of accelerometer and gyroscope to `units`, such as the values of a count; the
-        third is that of the load.
+        third belongs to the load.
     decimal : {".", ","}, optional
         Decimal mark of a table's numbers.
     time_unit : {"s", "ms", "us", "ns"}, optional
@@ -260,7 +260,7 @@ def simulate(
     greased : float, 0 to 1
         Share of steps on a greased patch, on which the foot slips once.
     step_length : float, 0.1 to 3
-        Length of the steps, as a factor of that of the gait.
+        Length of the steps, as a factor of the gait's length.
     shaking : float, 0 to 10
         Shaking of the standing foot by the robot, as a factor of the usual frequency and of the usual amplitudes of
         acceleration and angular rate.

@@ -180,7 +180,7 @@ class Result:
         Parameters
         ----------
         ax : matplotlib.axes.Axes, optional
-            Axes to draw in; by default those of a new figure.
+            Axes to draw in; by default a new figure.
         """
         if ax is None:
             from matplotlib import pyplot

@@ -16,7 +16,7 @@ BINS = 10
 
 @dataclass(frozen=True)
 class Score:
-    """Figures of a probability against labels, as those of ``footfall replay``."""
+    """Figures of a probability against labels, the same as in ``footfall replay``."""
 
     samples: int
     """Number of samples with a label."""

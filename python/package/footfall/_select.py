@@ -32,7 +32,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A recording with the parameters that are the best of all others."""
+    """A recording, with the parameters that score best on all others."""
 
     recording: str
     """Name of the recording."""
@@ -57,7 +57,7 @@ class Selection:
     left_out: tuple[LeftOut, ...]
     """Each recording with parameters selected on the others; empty for a single recording."""
     left_out_mean: float | None
-    """Mean of the figure over them: an estimate for recordings that are not among these. ``None`` for a single
+    """Mean of the figure over the recordings left out, an estimate for new recordings. ``None`` for a single
     recording."""
 
 
@@ -76,13 +76,13 @@ def select(
     are the best of the others are scored on it. If the mean is much better than that of the recordings left out, the
     parameters fit these recordings only.
 
-    The figures are those of `p_stable`: keys that change only the decision, the state or `sigma_v` have no effect on
+    The figures score `p_stable`, so keys that change only the decision, the state or `sigma_v` have no effect on
     them.
 
     Parameters
     ----------
     recordings
-        With labels, such as those that :func:`read` or :func:`simulate` return.
+        With labels, as :func:`read` or :func:`simulate` return them.
     grid
         Values to try, by keys of the configuration, such as ``{"half_width.acceleration_m_s2": [0.2, 0.4]}``;
         ``footfall config`` lists all keys.
@@ -91,7 +91,7 @@ def select(
     preset, config
         As in :func:`footfall.estimate`; the grid overrides them.
     workers
-        Number of threads; by default that of Python's ``ThreadPoolExecutor``.
+        Number of threads; by default as Python's ``ThreadPoolExecutor`` chooses.
 
     Raises
     ------

@@ -119,7 +119,7 @@ class Estimator:
         return tuple(Event(*event) for event in self._estimator.events(ended))  # type: ignore[arg-type]
 
     def check_unit(self) -> None:
-        """Checks that the forces of the last half second can be those of a foot, in m/s² after `units`.
+        """Checks that the forces of the last half second can come from a foot, in m/s² after `units`.
 
         :meth:`update` calls it after the first second, and warns.
 
@@ -161,7 +161,7 @@ class Estimator:
         acc : three floats, m/s²
         gyr : three floats, rad/s
         t : float, s, optional
-            Its time on any clock, later than that of the previous sample; by default one period later. Pass it if
+            Its time on any clock, later than the time of the previous sample; by default one period later. Pass it if
             samples may be lost: only the time shows the gap.
         load : float, optional
             Load on the foot, if known.

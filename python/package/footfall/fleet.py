@@ -131,7 +131,7 @@ def estimate(
     Parameters
     ----------
     source : path or URL, or several of them
-        A folder of recordings, or a recording, in any file system of fsspec. Local paths are those of the workers.
+        A folder of recordings, or a recording, in any file system of fsspec. Local paths are paths on the workers.
     destination : path or URL
         A folder, on a file system that all workers share.
     pattern : str, optional
@@ -149,7 +149,7 @@ def estimate(
     -------
     pyarrow.Table
         One row with :data:`COLUMNS` for each foot of each recording that was found, estimated now or before.
-        ``recordings.parquet`` at the destination has those of all calls.
+        ``recordings.parquet`` at the destination has the rows of all calls.
 
     Raises
     ------
@@ -273,7 +273,7 @@ def _stamps(about: Row) -> list[str]:
 
 
 def _run(recordings: list[_Recording], call: _Call, memory: int | None) -> list[Row]:
-    """Estimates all recordings. Returns rows for those that are lost, each of which failed in a task of its own."""
+    """Estimates all recordings. Returns rows for lost recordings, each of which failed in a task of its own."""
     import ray.data
 
     for most in (min(GROUP, len(recordings) // TASKS), 1):
@@ -287,7 +287,7 @@ def _run(recordings: list[_Recording], call: _Call, memory: int | None) -> list[
         dataset = ray.data.from_items(items, override_num_blocks=len(items))
         # A task that fails repeatedly loses its own recordings, but does not fail the call.
         dataset.context.max_errored_blocks = -1
-        # Those of both steps are the same, so that Ray does both in one task.
+        # They are the same for the two steps, so that Ray does the steps in one task.
         remote = {"max_retries": RETRIES} | ({} if memory is None else {"memory": memory})
         work = functools.partial(_work, call=call)
         with warnings.catch_warnings():
@@ -417,7 +417,7 @@ def _read_new(fs: Any, root: str) -> pyarrow.Table:
 
 
 def _collect(fs: Any, root: str, lost: Sequence[Row] = ()) -> pyarrow.Table:
-    """Returns all rows. New rows, and those of `lost` recordings, replace earlier ones in the file."""
+    """Returns all rows. New rows, and rows of `lost` recordings, replace earlier ones in the file."""
     rows = _read(fs, f"{root}/{ROWS}")
     new = pyarrow.concat_tables([_read_new(fs, root), pyarrow.Table.from_pylist(list(lost), schema=SCHEMA)])
     if new.num_rows:

@@ -6,7 +6,7 @@
 //! Messages of ROS 1 are converted to CDR first: see `ros1`.
 //!
 //! Sources: <https://docs.ros.org/en/rolling/Concepts/Basic/About-Interfaces.html>; the concatenation of definitions
-//! is that of <https://mcap.dev/spec/registry#ros2msg>.
+//! follows <https://mcap.dev/spec/registry#ros2msg>.
 
 mod ros1;
 
@@ -20,8 +20,8 @@ pub(super) use ros1::{Converter, as_ros2};
 /// Most types within each other.
 const DEEPEST: usize = 32;
 
-/// Largest number of fields visited in a definition or in a message, including those of nested types. Thirty types that
-/// each contain the next one twice have a billion fields.
+/// Largest number of fields visited in a definition or in a message, including the fields of nested types. Thirty types
+/// that each contain the next one twice have a billion fields.
 const MOST_STEPS: usize = 4_000_000;
 
 /// Layout of a type and of all types in it.
@@ -111,7 +111,7 @@ impl Definition {
     }
 }
 
-// Parser of `ros2msg`: the definition of a type, then those of the types in it, each after a line of `=` and
+// Parser of `ros2msg`: the definition of a type, then the definitions of the types in it, each after a line of `=` and
 // `MSG: package/Name`.
 impl Definition {
     /// Parses the definition of a type such as `unitree_go/msg/LowState`.
@@ -203,7 +203,7 @@ impl Parser<'_> {
     }
 }
 
-/// Definitions of a text by the names of their types; the first is that of `message`.
+/// Definitions of a text by the names of their types; the first defines `message`.
 fn sections<'a>(message: &str, text: &'a str) -> HashMap<String, &'a str> {
     let mut name = message.to_owned();
     let mut sections = HashMap::new();
@@ -247,7 +247,7 @@ fn number_type(name: &str) -> Option<Number> {
     })
 }
 
-/// Types with their definitions, for bags that have none, such as those of rosbag2 before ROS 2 Iron.
+/// Types with their definitions, for bags that have none, such as bags of rosbag2 before ROS 2 Iron.
 ///
 /// Sources: <https://github.com/ros2/common_interfaces>, and `unitree_go` of
 /// <https://github.com/unitreerobotics/unitree_ros2>.

@@ -72,7 +72,7 @@ pub struct Report {
     pub clocks: BTreeMap<&'static str, u64>,
     /// Number of gaps in the sequence numbers.
     pub gaps: u64,
-    /// Number of missing sequence numbers, including those of damaged frames. On CAN they are modulo 256, and the
+    /// Number of missing sequence numbers, including the numbers of damaged frames. On CAN they are modulo 256, and the
     /// foot's clock gives the length of longer gaps.
     pub missing: u64,
     /// Number of restarts of the feet within the file; each resets the foot's clock and its sequence numbers.

@@ -187,7 +187,7 @@ impl UartDecoder {
         Self { report: Report::new(Medium::Uart), feet: feet.clone(), given, ..Self::default() }
     }
 
-    /// Name of the foot: the name given to its line, or that of its node id once the id is known.
+    /// Name of the foot: the name given to its line, or the name of its node id once the id is known.
     pub(crate) fn name(&self) -> Option<Arc<str>> {
         let of_node = || self.node.and_then(|node| self.feet.name(node));
         self.given.clone().or_else(of_node)

@@ -331,7 +331,7 @@ impl Client {
     /// Like [`Self::restart`], but the foot streams afterwards in any case, as after power-on.
     ///
     /// # Errors
-    /// Those of [`Self::restart`].
+    /// The errors of [`Self::restart`].
     pub fn restart_streaming(&mut self) -> Result<(), RequestError> {
         self.reset(None)?;
         self.bring_to(NmtState::Operational)

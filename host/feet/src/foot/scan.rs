@@ -36,7 +36,8 @@ pub fn feet(
 ) -> Result<BTreeSet<FootKey>, LinkError> {
     let mut feet = BTreeSet::new();
     let mut others = BTreeMap::new();
-    // A serial line has one foot. Those of a demo's lines take turns, so all have been heard once one is heard again.
+    // A serial line has one foot. The feet of a demo's lines take turns, so all have been heard once one is heard
+    // again.
     let mut is_heard_again = false;
     let clock = link.clock();
     let end = clock.now() + time;

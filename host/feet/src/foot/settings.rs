@@ -265,7 +265,7 @@ pub fn restore(client: &mut Client) -> Result<(), RequestError> {
     client.restart(Some(node))
 }
 
-/// Writes the settings that differ from those of the foot, all or none, reads them back, and stores them
+/// Writes the settings that differ from the foot's, all or none, reads them back, and stores them
 /// if requested. The foot does not stream meanwhile. Returns the changes.
 ///
 /// # Errors
@@ -377,7 +377,7 @@ impl WriteFailure {
 /// Axes of the mounting as a code, or 0 if the quaternion of the same object gives them.
 const AXES: Address = Address::new(index::MOUNTING, 1);
 
-/// Code of axes that are those of the foot.
+/// Code of a sensor whose axes are the axes of the foot.
 const IDENTITY: Value = Value::U16(123);
 
 /// Writes `changes` in an order that the foot accepts. `axes` is the value that [`AXES`] has after it.

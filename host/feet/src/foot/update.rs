@@ -379,7 +379,7 @@ pub struct Programs {
     pub refused: Option<Refusal>,
 }
 
-/// Reads the numbers of a foot's programs; those of objects that it does not have are `None`.
+/// Reads the numbers of a foot's programs; `None` where the foot lacks the object.
 ///
 /// # Errors
 /// There is no response.

@@ -18,7 +18,7 @@ pub const fn since_2021(time: Timestamp) -> Timestamp {
     Timestamp::from_micros(YEAR_2021_US + time.as_micros())
 }
 
-/// Clock of a line: that of this machine, or a clock in steps, such as that of boards in lock step. A clock in steps
+/// Clock of a line: the clock of this machine, or a clock in steps, as of boards in lock step. A clock in steps
 /// only advances by [`advance_to`](LineClock::advance_to). Clones show the same time.
 #[derive(Clone, Debug, Default)]
 pub struct LineClock(Option<Arc<AtomicU64>>);

@@ -36,7 +36,7 @@ pub use file::RecordingError;
 use serial::{SerialLine, SlcanAdapter};
 pub(crate) use shared::SharedLine;
 
-/// Source of a line, which can be opened more than once. Its text is that of the command line.
+/// Source of a line, which can be opened more than once. Its text is as on the command line.
 pub trait LineSource: fmt::Display + Send {
     /// Opens the line. A recording is played at its original speed unless the source has another.
     ///
@@ -133,8 +133,8 @@ pub trait Link {
         Ok(())
     }
 
-    /// Returns the clock on which timeouts of the line are measured: that of this machine, unless the line is in lock
-    /// step.
+    /// Returns the clock on which timeouts of the line are measured: the clock of this machine, unless the line is in
+    /// lock step.
     fn clock(&self) -> LineClock {
         LineClock::default()
     }

@@ -1,4 +1,4 @@
-//! Lines over a serial port: that of a foot, and a slcan adapter.
+//! Lines over a serial port: the line of a foot, and a slcan adapter.
 //!
 //! A foot's program sends messages, but its bootloader sends CAN frames as text. [`SerialLine`] is a [`SlcanAdapter`]
 //! while it communicates with the bootloader. Lines of slcan:

@@ -288,7 +288,7 @@ fn reading_of_each(bag: &Bag, scans: &[Scan]) -> String {
     bag.topics.iter().zip(scans).map(line).collect()
 }
 
-/// Returns the default load thresholds of the input format if they differ from those of the output, which is read as CSV.
+/// Returns the default load thresholds of the input format if the output, which is read as CSV, has other defaults.
 fn thresholds(format: Format) -> Option<LoadParams> {
     let of = |format| Preset::default().params(format).params.load;
     Some(of(format)).filter(|load| *load != of(Format::Csv))

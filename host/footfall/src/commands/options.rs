@@ -343,7 +343,7 @@ pub(crate) fn with_mounting(findings: Vec<Finding>, mounting: &Mounting) -> Vec<
     findings.into_iter().map(adjusted).collect()
 }
 
-/// Returns the findings of a recording read with `input_options` as that of `foot`.
+/// Returns the findings of a recording of `foot` that was read with `input_options`.
 pub(crate) fn check(
     recording: &Recording,
     foot: &str,

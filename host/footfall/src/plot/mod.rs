@@ -1,5 +1,5 @@
 //! The paper's figure as an SVG: load on top, then tangential, vertical and total probability, then a row each for the
-//! decision, the labels and the events, over one time axis. The rows are those of the [`page`].
+//! decision, the labels and the events, over one time axis. The [`page`] has the same rows.
 //!
 //! The estimator state is shaded: swing grey, quiet swing blue, landing green, slip purple, unknown yellow; stance stays
 //! white.
@@ -8,7 +8,7 @@
 //! Areas are therefore true; anything narrower than a column appears in the table only. Without any load the state
 //! is always unknown and nothing is shaded.
 //!
-//! The line colours are those of Okabe and Ito, which colour-blind readers can distinguish. The file size depends
+//! The line colours are from Okabe and Ito, which colour-blind readers can distinguish. The file size depends
 //! on the width of the picture, not on the length of the recording: every pixel column keeps its first, lowest,
 //! highest and last value, so no peak is lost.
 //!
@@ -156,7 +156,7 @@ pub fn span(start_s: f64, duration_s: f64, sample_rate: f32) -> Range<f64> {
 /// Draws a recording with its estimates, one per sample.
 ///
 /// # Errors
-/// Those of [`RecordingPlot::svg`].
+/// The errors of [`RecordingPlot::svg`].
 pub fn svg(recording: &Recording, estimates: &[ContactEstimate]) -> io::Result<String> {
     let first = recording.samples.first();
     let start_s = first.map_or(0.0, RecordedSample::time_s);

@@ -441,7 +441,7 @@ mod tests {
         ] {
             assert!(!page.contains(fetch), "{fetch}");
         }
-        // The one address is that of uPlot's home, in a comment.
+        // The only address is uPlot's home, in a comment.
         let addresses: Vec<_> = page.match_indices("://").collect();
         assert_eq!(addresses.len(), 1);
         assert!(page.contains("/*! https://github.com/leeoniya/uPlot (v1.6.32) */"));

@@ -351,9 +351,9 @@ impl FootMessages {
         }
     }
 
-    /// Returns the zero-velocity measurement of a contact. Its variance is that of the row; without one, it follows from
-    /// probability and rate with the [default settings](VelocityParams::DEFAULT). The measurement carries no information
-    /// if the contact is invalid or the rate is unknown. The angular part never carries information.
+    /// Returns the zero-velocity measurement of a contact. Its variance comes from the row; without one, it follows
+    /// from probability and rate with the [default settings](VelocityParams::DEFAULT). The measurement carries no
+    /// information if the contact is invalid or the rate is unknown. The angular part never carries information.
     fn velocity(&self, contact: &RosContact, row: &ContactRow) -> TwistWithCovarianceStamped {
         const COEFFICIENTS: VelocityCoefficients =
             VelocityCoefficients::new(&VelocityParams::DEFAULT);

@@ -30,7 +30,7 @@ use crate::ros::message::{
 };
 use crate::ros::topics::Published;
 
-/// Names of four feet, in the order of the messages. The first name of each is that of this program. Spot and the MIT
+/// Names of four feet, in the order of the messages. The first name of each is this program's. Spot and the MIT
 /// Cheetah have `HL`, `ANYmal` has `LH`.
 pub const FEET: [&[&str]; 4] =
     [&["FL", "LF"], &["FR", "RF"], &["RL", "LH", "HL", "BL"], &["RR", "RH", "HR", "BR"]];
@@ -81,7 +81,7 @@ impl Body {
         }
     }
 
-    /// Names of its feet, in the order of the messages, the first of each that of this program.
+    /// Names of its feet, in the order of the messages; the first name of each is this program's.
     #[must_use]
     pub const fn feet(self) -> &'static [&'static [&'static str]] {
         match self {

@@ -21,7 +21,7 @@ pub fn installed(message: &str) -> Option<Schema> {
     })
 }
 
-/// Concatenates the definition of a type with those of the types in it.
+/// Concatenates the definition of a type with the definitions of the types in it.
 fn definition(message: &str, text_of: &dyn Fn(&str) -> Option<String>) -> Option<Schema> {
     let mut text = text_of(message)?;
     let mut known = BTreeSet::from([bare(message)]);

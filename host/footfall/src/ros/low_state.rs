@@ -153,7 +153,7 @@ fn merge(
             let forces = [forces, forces].concat();
             let values: Vec<f64> = forces.into_iter().map(f64::from).collect();
             let message = replacement.replaced(&change.into_value(), &values)?;
-            // A subscriber that does not keep up loses states, as those of the robot.
+            // A subscriber that does not keep up loses states, as it loses the robot's own states.
             let _ = writer.write(message, Some(rustdds::Timestamp::now()));
         }
         signal.wait(LISTEN);

@@ -385,7 +385,7 @@ int32 phase
 /// `unitree_go/msg/LowState` with the types in it.
 const LOW_STATE: &str = include_str!("../../../bags/src/definition/low_state.msg");
 
-/// Adds the nested messages of fields, each once and followed by those in it.
+/// Adds the nested messages of fields, each once and followed by the messages in it.
 fn add_nested(fields: &str, to: &mut Vec<(&'static str, &'static str)>) {
     for line in fields.lines() {
         let of_type = line.split([' ', '[']).next();

@@ -340,8 +340,8 @@ impl FootNode {
         rival
     }
 
-    /// Returns once for each policy a sentence about a subscriber that asks for more than this node offers, and so gets
-    /// nothing.
+    /// Returns, once for each policy, a sentence about a subscriber that asks for more than this node offers and so
+    /// gets nothing.
     pub fn new_mismatch(&mut self) -> Option<String> {
         let now = Instant::now();
         if now < self.next_mismatch_look {

@@ -48,8 +48,8 @@ impl SampleMessages {
         }
     }
 
-    /// Publishes the load topic even if the first sample has no load, so that of several feet either all have the topic or
-    /// none.
+    /// Publishes the load topic even if the first sample has no load, so that in a bag of several feet either all have
+    /// the topic or none.
     #[must_use]
     pub fn with_load(self) -> Self {
         Self { has_load: true, ..self }

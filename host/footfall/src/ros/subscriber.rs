@@ -239,7 +239,7 @@ pub struct TopicLine {
     subscriber: Subscriber,
     signal: Arc<Signal>,
     waker: Waker,
-    /// Feet by their topics; those of patterns are added once the topics are known.
+    /// Feet by their topics. The feet of patterns are added once the topics are known.
     feet: Vec<WantedFoot>,
     /// Topics that patterns match, with the time of the newest.
     matched: BTreeSet<String>,
@@ -486,7 +486,7 @@ impl TopicLine {
         Ok(())
     }
 
-    /// Reports topics without a publisher, with those that there are.
+    /// Reports topics without a publisher, and lists the published topics.
     fn report_absent(&mut self, wanted: &BTreeSet<String>, found: &[Publisher]) {
         let is_found = |topic: &&String| found.iter().any(|publisher| publisher.topic == **topic);
         let mut absent: Vec<&str> =

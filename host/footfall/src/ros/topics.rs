@@ -96,7 +96,7 @@ impl Published {
     }
 }
 
-/// Returns a foot name whose topics differ from those of these names.
+/// Returns a foot name whose topics differ from the topics of these names.
 #[must_use]
 pub fn unused_name(name: &str, taken: &[impl AsRef<str>]) -> String {
     let is_free = |name: &String| {

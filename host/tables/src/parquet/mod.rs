@@ -107,14 +107,14 @@ fn sound<T>(file: &str, call: impl FnOnce() -> Result<T, ParquetError>) -> Resul
 
 /// A column that is not a struct.
 struct Leaf {
-    /// Name of the column after those of the structs around it.
+    /// Name of the column, after the names of the structs around it.
     name: String,
     /// Index among the columns, then within each struct.
     path: Vec<usize>,
     data_type: DataType,
 }
 
-/// Lists the columns of a schema, those of structs at the position of the struct.
+/// Lists the columns of a schema, with the columns of structs at the position of the struct.
 fn find_leaves(fields: &Fields, before: &str, path: &[usize], leaves: &mut Vec<Leaf>) {
     for (place, field) in fields.iter().enumerate() {
         let name = match before {
@@ -256,7 +256,7 @@ enum Column {
 }
 
 impl Column {
-    /// Values of an array except those in `nulls`; `None` if its type is not supported.
+    /// Values of an array, except the values in `nulls`; `None` if its type is not supported.
     fn of(array: &ArrayRef, nulls: Option<&NullBuffer>) -> Option<Self> {
         let source = Values { array, nulls };
         Some(match array.data_type() {

@@ -1,4 +1,4 @@
-//! Bitwise comparison of the ELF's estimates with those of the host for the same codes.
+//! Bitwise comparison of the ELF's estimates with the host's for the same codes.
 //!
 //! The codes come from the sensor's bus, and the times of the samples from the messages that the ELF sends over its
 //! serial line. The host's estimator runs over both.
@@ -74,7 +74,7 @@ const LAG: usize = 32;
 /// Maximum number of estimates that a CAN frame may lag behind.
 const FRAMES_LAG: usize = 1000;
 
-/// Compares the estimates of a board with those of the host as they arrive, for a board with default parameters
+/// Compares the estimates of a board with the host's as they arrive, for a board with default parameters
 /// and a sensor without faults.
 pub struct ParityCheck {
     parity: Parity,

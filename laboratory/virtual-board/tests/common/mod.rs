@@ -52,7 +52,7 @@ pub fn build_bring_up(board: &Wiring) -> PathBuf {
     build_with(&chosen, &program)
 }
 
-/// Builds the bootloader of a board and returns its path, which is not that of another board's.
+/// Builds the bootloader of a board and returns its path, which differs from board to board.
 pub fn build_bootloader(board: &Wiring) -> PathBuf {
     static NAMED: Mutex<BTreeMap<&str, PathBuf>> = Mutex::new(BTreeMap::new());
     let mut named = NAMED.lock().unwrap_or_else(PoisonError::into_inner);
@@ -121,7 +121,7 @@ pub fn product() -> Vec<u8> {
     std::fs::read(product_file()).expect("the ELF was built")
 }
 
-/// ELFs of the boards: that of the reference board is [`product`].
+/// ELFs of all boards; the ELF of the reference board is [`product`].
 pub fn products() -> Vec<(&'static Wiring, Vec<u8>)> {
     let read = |board: &'static Wiring| {
         if board.name == Wiring::reference().name {

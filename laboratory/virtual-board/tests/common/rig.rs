@@ -192,7 +192,7 @@ impl Rig {
         codes.filter(|code| *code != 0).collect()
     }
 
-    /// Emergency messages, also those that report a fault cleared.
+    /// Emergency messages, including messages that report a fault cleared.
     pub fn emergency_messages(&self) -> Vec<Emergency> {
         let is_emergency = |id: u32| id & !0x7F == 0x080;
         let frames = self.frames.iter();

@@ -52,7 +52,7 @@ def write(node, index, sub, data):
 
 
 class Received:
-    """Messages of a node from now on, in order: the waits of python-canopen miss those that come before they wait."""
+    """Messages of a node from now on, in order: the waits of python-canopen miss messages that come before them."""
 
     def __init__(self, add_callback, value=lambda message: message):
         self.messages = lock_step.Queue()

@@ -86,8 +86,8 @@ fn follow(server: &mut Server, line: &str) {
     }
 }
 
-/// The figures, with which `footfall accept` compares those of a board. Times and noise depend on the program of the
-/// board, so that their values are not compared: the limits judge them.
+/// The figures with which `footfall accept` compares the figures of a board. Times and noise depend on the program of
+/// the board, so that their values are not compared: the limits judge them.
 fn result(report: &Json) -> Measurement {
     let what = "Figures of a healthy foot in `footfall accept`, on the virtual board at 25 °C.";
     let mut result = Measurement::new("acceptance", what)

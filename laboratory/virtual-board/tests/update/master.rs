@@ -31,7 +31,7 @@ pub const CONFIRM: u8 = 0x80;
 pub const INSTALLED_MS: u32 = 15_000;
 
 /// Timeout of an answer, ms: the shortest of the masters that update feet is Lely's, 100 ms for each of its attempts
-/// (`LELY_CO_NMT_TIMEOUT`); that of Zephyr's script is 1 s.
+/// (`LELY_CO_NMT_TIMEOUT`); the timeout of Zephyr's script is 1 s.
 const ANSWER_MS: u32 = 100;
 
 pub fn bootloader(wiring: &Wiring) -> Vec<u8> {
@@ -91,7 +91,7 @@ impl Master {
         Self { board, way: Way::Bus, node: NODE, traffic: 0 }
     }
 
-    /// Stops the program over its serial line, and opens that of the bootloader.
+    /// Stops the program over its serial line, and opens the line of the bootloader.
     pub fn stop_over_serial_line(&mut self) {
         let stop = Message::ConfigSet(ConfigSet {
             address: Address::new(index::PROGRAM_CONTROL, 1),

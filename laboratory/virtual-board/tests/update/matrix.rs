@@ -482,8 +482,8 @@ const ROWS: [Row; 31] = [
 /// hangs is given three periods of the watchdog, between two installs.
 const SILENT_MS: u64 = 90_000;
 
-/// Rows for the boards other than the reference board: those that depend on the board's own wires, crystal and program.
-/// The library and the chip are the same.
+/// Rows for the boards other than the reference board: the rows that depend on the board's own wires, crystal and
+/// program. The library and the chip are the same.
 const OF_OTHER_BOARDS: &str = "none serial-line power-cut:30000 crashes no-program other-board";
 
 /// Runs rows on a board in a corner, and returns their figures; each has to be as promised.
@@ -546,7 +546,7 @@ fn named(names: &str) -> Vec<&'static Row> {
     names.split([' ', ',']).map(row).collect()
 }
 
-/// All rows, or those that `FOOTFALL_ROWS` names, separated by commas.
+/// All rows, or the rows that `FOOTFALL_ROWS` names, separated by commas.
 fn chosen() -> Vec<&'static Row> {
     match std::env::var("FOOTFALL_ROWS") {
         Ok(names) => named(&names),

@@ -104,7 +104,7 @@ fn connector_that_bounces_does_not_protect_the_readout() {
     }
 }
 
-/// Option bytes that were erased are those of readout protection.
+/// Erased option bytes mean readout protection.
 #[test]
 #[ignore = "full: a power cut in the protection, and an update"]
 fn foot_survives_a_power_cut_in_its_protection() {

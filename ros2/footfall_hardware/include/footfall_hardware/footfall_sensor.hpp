@@ -36,7 +36,7 @@ public:
     const rclcpp::Time & time, const rclcpp::Duration & period) override;
 
 protected:
-  /// Passes a CAN frame to its foot. Frames of other nodes, and those that are not of a foot, are ignored.
+  /// Passes a CAN frame to its foot. Frames of other nodes, and frames that no foot sends, are ignored.
   void take(const CanFrame & frame, double now_s);
 
 private:

@@ -516,7 +516,7 @@ impl Mark {
 }
 
 /// Largest number of contacts over which the period is averaged; the smallest is half of it. A single period varies by
-/// a sixth, because its time is that of the sensor's edge.
+/// a sixth, because its time is the time of the sensor's edge.
 const AVERAGED: u64 = 2048;
 
 /// Longest time to the contact with the next number, in periods; a longer time is a pause of the foot.

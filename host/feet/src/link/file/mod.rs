@@ -55,7 +55,7 @@ enum PlayError {
 }
 
 impl PlayError {
-    /// Creates the error of a line from that of a file.
+    /// Creates the error of a line from the error of a file.
     fn of(self, file: &str) -> LinkError {
         let file = file.to_owned();
         match self {

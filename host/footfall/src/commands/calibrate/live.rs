@@ -67,7 +67,7 @@ struct Walking {
 enum FoundAxes {
     /// The foot has not stood still.
     Unknown,
-    /// The foot stood still; `None` if the sensor's axes are those of the foot.
+    /// The foot stood still; `None` if the sensor's axes are the axes of the foot.
     #[serde(untagged)]
     Known(Option<MountingReport>),
 }
@@ -117,7 +117,7 @@ pub(super) fn calibrate(arguments: &CalibrateArguments, sources: &[Source]) -> R
 /// Connects to the feet.
 ///
 /// # Errors
-/// A foot does not respond, or two boards have one name: the result of one would replace that of the other.
+/// A foot does not respond, or two boards have one name: the result of one would replace the result of the other.
 fn open(arguments: &CalibrateArguments, sources: &[Source]) -> Result<Vec<Walking>, Error> {
     let mut feet: Vec<Walking> = Vec::new();
     for (index, source) in sources.iter().enumerate() {
@@ -219,7 +219,7 @@ impl LiveReport {
         self.feet.iter().fold(file, |file, (name, walked)| {
             let mut file = file.of_foot(Some(name.clone()));
             file.set_learnt_by_foot(name, &walked.learnt);
-            // Unknown axes leave those of the configuration.
+            // Unknown axes leave the axes of the configuration as they are.
             if let FoundAxes::Known(mounting) = &walked.mounting {
                 file.set_mounting(mounting.as_ref());
             }

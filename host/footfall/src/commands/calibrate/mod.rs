@@ -69,7 +69,7 @@ pub struct CalibrateArguments {
     /// Write a file for --config: the settings of the given --config, updated with the result
     #[arg(long, short, value_name = "OUT.toml", help_heading = OUTPUT)]
     pub output: Option<PathBuf>,
-    /// Whether it replaces a file, such as that of --config.
+    /// Whether it replaces a file, such as the file of --config.
     #[command(flatten)]
     pub overwrite: OverwriteArguments,
     /// Loads on topics, and their domain.
@@ -418,7 +418,7 @@ fn set_learnt(mut file: RobotFile, report: &WithInputs<LearntFoot>) -> RobotFile
     file
 }
 
-/// Thresholds that the load crosses, where it does not cross those in use.
+/// Thresholds that the load crosses, where it does not cross the thresholds in use.
 fn crossed_thresholds(finding: &Finding) -> Option<LoadThresholds> {
     match finding {
         Finding::LoadNeverCrosses { on, off, .. } => {

@@ -211,7 +211,7 @@ impl Replay {
         jobs::run(inputs, self.jobs, |input| self.recording(input)).into_iter().collect()
     }
 
-    /// Checks the names of feet in the settings against those in the recordings.
+    /// Checks the names of feet in the settings against the names in the recordings.
     fn check_names(&self, recordings: &[ReplayedRecording]) -> Result<(), Error> {
         let feet = recordings.iter().flat_map(|recording| &recording.feet);
         let names = feet.flat_map(|foot| foot.names.iter().map(String::as_str));
@@ -249,7 +249,7 @@ impl Replay {
         let arguments = &self.arguments;
         let row_names = self.row_names(feet.len());
         let pictures = self.picture_paths(&feet);
-        // `check_targets` knew only the name in `--plot`, and not those of the figures of several feet.
+        // `check_targets` knew only the name in `--plot`, and not the names of the pictures of several feet.
         pictures.iter().try_for_each(|path| self.existing.check(path))?;
         let mut written = Vec::new();
         #[cfg(feature = "bags")]
@@ -287,7 +287,7 @@ impl Replay {
         print(&summaries, style, &written).map_err(Error::Print)
     }
 
-    /// Returns the paths of the pictures. Those of several feet are known only when the feet are.
+    /// Returns the paths of the pictures. The paths for several feet are known only when the feet are.
     fn picture_paths(&self, feet: &[ReplayedFoot]) -> Vec<PathBuf> {
         let Some(path) = &self.arguments.plot else {
             return Vec::new();

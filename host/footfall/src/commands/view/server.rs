@@ -37,7 +37,7 @@ use crate::ros::{Bridge, Published};
 use crate::source::text_of;
 use crate::stream::{Sink, Stream, deadline, is_over, unless_ended};
 
-/// Maximum number of clients, including those that are connecting.
+/// Maximum number of clients, including clients that are connecting.
 const MOST_CLIENTS: usize = 16;
 
 /// Maximum size of the messages queued for a client, bytes: two seconds of four feet on serial lines.
@@ -123,7 +123,7 @@ pub struct Server {
 struct Shared {
     /// First message to a client.
     info: String,
-    /// Origins of pages that may connect, beside those of Foxglove and of this machine.
+    /// Origins of pages that may connect, beside the origins of Foxglove and of this machine.
     origins: Vec<String>,
     /// Announcements of all channels so far.
     announced: Mutex<Vec<Arc<str>>>,

@@ -138,7 +138,7 @@ impl Cpu {
         self.state = CoreState::Running;
         self.event = false;
         self.returned = false;
-        // The program may be another one than that which the engine has translated.
+        // The program may differ from the one that the engine has translated.
         let _ = self.engine.ctl_flush_tb();
         // Out of any handler first: its stack pointer is the main one.
         self.set(RegisterARM::XPSR_NZCVQG, 0x0100_0000);
@@ -250,7 +250,7 @@ impl Cpu {
 /// The engine.
 type Engine = Unicorn<'static, ()>;
 
-/// The general registers but SP, LR and PC, and those of floating point that an exception stacks.
+/// The general registers except SP, LR and PC, and the registers of floating point that an exception stacks.
 const R: [RegisterARM; 13] = {
     use RegisterARM::{R0, R1, R2, R3, R4, R5, R6, R7, R8, R9, R10, R11, R12};
     [R0, R1, R2, R3, R4, R5, R6, R7, R8, R9, R10, R11, R12]

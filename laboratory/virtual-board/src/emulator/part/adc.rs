@@ -79,7 +79,7 @@ impl Adc {
         *self = Self { inputs: self.inputs, ..Self::new() };
     }
 
-    /// Sets the supply, to which all codes refer; those of other inputs are given as codes.
+    /// Sets the supply, to which all codes refer. Other inputs are given as codes.
     pub const fn set_supply(&mut self, mv: u32) {
         self.inputs[REFERENCE] = reference_code(mv);
     }

@@ -30,7 +30,7 @@ pub struct Can {
     /// Filter banks, each with `FxR1` and `FxR2`.
     filters: [[u32; 2]; 28],
     mailboxes: [Mailbox; 3],
-    /// Order of the next request among those of all mailboxes.
+    /// Order of the next request among the requests of all mailboxes.
     order: u64,
     /// Received frames, each as `RIxR`, `RDTxR`, `RDLxR` and `RDHxR`.
     fifo: [VecDeque<[u32; 4]>; 2],
@@ -236,7 +236,7 @@ const SLAKI: u32 = 1 << 4;
 const SAMP: u32 = 1 << 10;
 const RX: u32 = 1 << 11;
 
-// Bits of TSR: those of mailbox 0, and of mailbox x 8 · x bits higher.
+// Bits of TSR for mailbox 0. The bits of mailbox x are 8 · x higher.
 const RQCP: u32 = 1;
 const TXOK: u32 = 1 << 1;
 const ALST: u32 = 1 << 2;
@@ -253,7 +253,7 @@ const FULL: u32 = 1 << 3;
 const FOVR: u32 = 1 << 4;
 const RFOM: u32 = 1 << 5;
 
-// Bits of IER. Those of FIFO 1 are three bits higher than those of FIFO 0.
+// Bits of IER. The bits of FIFO 1 are three higher than the bits of FIFO 0.
 const TMEIE: u32 = 1;
 const FMPIE0: u32 = 1 << 1;
 const FFIE0: u32 = 1 << 2;

@@ -10,7 +10,7 @@ const AFRL: usize = 8;
 /// One port.
 #[derive(Clone, Debug, Default)]
 pub struct Gpio {
-    /// The registers by their place; those of inputs and of single bits are not stored.
+    /// The registers by their place; the registers of inputs and of single bits are not stored.
     registers: [u32; 10],
     /// Pins that are driven from outside.
     pub driven: u16,

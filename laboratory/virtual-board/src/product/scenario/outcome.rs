@@ -9,7 +9,7 @@ use crate::emulator::part::rcc::ResetCause;
 use crate::emulator::time::{from_us, to_us};
 
 /// Outcome of a scenario. Times are in µs. "Injection" is the time at which the fault is injected. "Clearance" is the
-/// time at which it is cleared, or that of the injection if it ends without clearing.
+/// time at which it is cleared, or the time of the injection if it ends without clearing.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ScenarioOutcome {
     /// Time from the injection to the first contact frame flagged as invalid.
@@ -24,7 +24,7 @@ pub struct ScenarioOutcome {
     pub boot_up: bool,
     /// Causes of the resets since the injection.
     pub resets: Vec<ResetCause>,
-    /// Counters that have increased, of those that are constant without a fault.
+    /// Counters that have increased, although they are constant without a fault.
     pub counters: Vec<Counter>,
     /// Whether data were invalid for a time.
     pub had_invalid_data: bool,
@@ -235,7 +235,7 @@ impl ScenarioOutcome {
         self.watched_us > 300_000.0 && self.healthy && gone && self.has_reported(scenario.reports)
     }
 
-    /// Merges this outcome with that of another run, taking the worst of each.
+    /// Merges this outcome with the outcome of another run, taking the worst of each.
     #[must_use]
     pub fn worst(mut self, other: &Self) -> Self {
         let most = |a: Option<f64>, b: Option<f64>| a.into_iter().chain(b).reduce(f64::max);

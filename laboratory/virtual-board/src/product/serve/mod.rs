@@ -232,7 +232,7 @@ impl Server<'_> {
         self.report(format!("planned for {:.3} s  {whom}: {order}", ms as f64 * 1e-3));
     }
 
-    /// Returns whose turn it is; in real time, always that of the boards.
+    /// Returns whose turn it is; in real time, always the boards' turn.
     fn turn(&mut self) -> io::Result<Turn> {
         let serial = self.serial.iter_mut().map(|(name, port)| (*name, "uart", port));
         let ports = serial.chain([(BUS, "slcan", &mut self.slcan)]);

@@ -102,7 +102,8 @@ pub enum Sent {
     Lost,
 }
 
-/// Maximum number of bytes that wait for a reader, in addition to those of the system: half a second of a busy bus.
+/// Maximum number of bytes that wait for a reader, in addition to the bytes that the system holds: half a second of a
+/// busy bus.
 pub(super) const MOST_WAITING: usize = 64 * 1024;
 
 /// A pseudo-terminal: a program opens its far end as a serial port, and bytes pass unchanged in both directions. As with an

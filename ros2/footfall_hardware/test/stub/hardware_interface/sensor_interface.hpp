@@ -1,4 +1,4 @@
-// Part of the interface of hardware_interface, for a test without ROS 2. The state interfaces are those of the URDF, as in
+// Part of the interface of hardware_interface, for a test without ROS 2. The state interfaces come from the URDF, as in
 // Jazzy and later.
 // SPDX-License-Identifier: MIT OR Apache-2.0
 

@@ -232,7 +232,7 @@ impl<W: Write + io::Seek> Merger<'_, '_, W> {
         Ok(())
     }
 
-    /// Writes a message of the bag, after those of the feet that precede it.
+    /// Writes a message of the bag, after the messages of the feet that precede it.
     fn message(
         &mut self,
         channel: &Channel,

@@ -101,7 +101,7 @@ pub struct FlashRegisters {
     pub worn_at: Option<u64>,
     /// Address of a word with a bad cell: each time it is programmed, one more bit is cleared.
     pub bad_cell: Option<u32>,
-    /// Time to program the option bytes, ms; `None` for that of the sector that holds them.
+    /// Time to program the option bytes, ms; `None` for the time of the sector that holds them.
     pub option_bytes_ms: Option<u32>,
     /// Duration for which the core is stalled at its next access to a peripheral, in units of
     /// [`time`](crate::emulator::time).
