@@ -234,7 +234,7 @@ fn of_contacts_alone(
     Ok(recordings)
 }
 
-/// Sentences on topics where all are feet: one that may be the robot's trunk, and those without a message.
+/// Sentences on topics where all are feet: a topic that may be the robot's trunk, and topics without a message.
 fn selection_notices(file: &str, topics: &[String], empty: &[String]) -> Vec<Notice> {
     let trunks = trunks(topics).map(|topic| {
         let text = format!("{file} is read with {topic} as a foot; if it is the robot's trunk");

@@ -48,8 +48,8 @@ pub(super) fn loads(
     }
 }
 
-/// Puts several loads in the order of their feet, by the names of both. Loads without the names of feet are in the order of
-/// the topics that were named.
+/// Puts several loads in the order of their feet, by the names in the topics of feet and loads. Loads without the names
+/// of feet are in the order of the topics that were named.
 fn paired(
     mut loads: Loads,
     container: &Container,

@@ -377,8 +377,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Leaves the feeds with messages. There must be only one, unless all are selected or several frames. Errors list
-    /// `imus`, the IMUs of all feeds.
+    /// Leaves the feeds with messages. There must be only one feed, unless all feeds or several frames are selected.
+    /// Errors list `imus`, the IMUs of all feeds.
     fn select_unnamed(&mut self, imus: Vec<ImuTopic>) -> Result<(), InputError> {
         if self.feeds.is_empty() {
             let problem = Problem::NoImu {

@@ -192,7 +192,7 @@ pub struct LearntFoot {
     pub stance_s: f32,
     /// Swing that the classes rest on, s.
     pub swing_s: f32,
-    /// Whether that is enough of both.
+    /// Whether that is enough of stance and of swing.
     pub settled: bool,
     /// The values of the foot's object 0x2018, in the order of its sub-indices from 1.
     pub object: [f32; Learnt::NUMBERS],

@@ -44,14 +44,12 @@ const FEWEST: usize = 8;
 
 /// Least share of the squares that r must explain.
 ///
-/// Of twelve walks of an Aliengo's feet in `MuJoCo`, whose IMUs are 51 mm from the ground, nine have 0.5 to 0.9 and give
-/// 46 to 62 mm. Three feet of a `HyQReal1`, which hardly turn, have 0.1 to 0.4 and give 35 to 62 mm in place of 34 mm.
+/// A foot that hardly turns in its stances explains less, and then its r can be far off.
 const LEAST_EXPLAINED: f64 = 0.5;
 
 /// Largest difference of r between the first and the second half of the stances, as a part of its length.
 ///
-/// Eight of the Aliengo's nine have 0.04 to 0.25, the foot of a `HyQReal1` that explains enough 0.5, and seven walks with
-/// a shoe 0.5 to 1.
+/// A foot that rolls, such as a shoe, turns about another point at the end of a stance than at its beginning.
 const LARGEST_DIFFERENCE: f64 = 0.4;
 
 /// Plausible lengths of r, m.

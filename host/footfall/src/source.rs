@@ -187,7 +187,7 @@ impl SourceArgument {
     /// Finds all lines of the source.
     ///
     /// # Errors
-    /// There is none, or the foot on USB is not there.
+    /// No line is found, or the foot on USB is not there.
     pub fn find(&self) -> Result<Vec<Source>, FindError> {
         match self {
             Self::One(source) => {
@@ -211,7 +211,7 @@ impl SourceArgument {
     /// Finds the line of a source that has one.
     ///
     /// # Errors
-    /// There is none, or there are several.
+    /// No line is found, or several are.
     pub fn find_one(&self) -> Result<Source, FindError> {
         let mut found = self.find()?;
         if found.len() > 1 {

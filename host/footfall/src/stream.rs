@@ -345,7 +345,7 @@ impl SameName {
         let boards =
             [Board::of(first, are_serial[0], sources), Board::of(second, are_serial[1], sources)];
         let mut advice = rename_advice(&boards, unused, "play");
-        // The second of both, as the first has the name already.
+        // The second of the two feet, because the first has the name already.
         if let Some(line) = boards.iter().rev().find_map(|board| board.line.as_ref()) {
             advice += &format!("; for this command alone: --names {line}={unused}");
         }

@@ -6,8 +6,8 @@ use samples::space::components;
 
 use crate::finding::Finding;
 
-/// Time with the same reading from which an axis is dead, s. On 60 recordings of feet an axis stays the same for at most
-/// 0.04 s while the others move.
+/// Time with the same reading after which an axis is dead, s. No recording of a sound sensor has such a time in which
+/// the others move (`host-tests/tests/findings.rs`).
 const LONGEST_S: f64 = 1.0;
 
 /// Range of another axis from which the sensor moves: accelerations, m/s², and rates, rad/s.

@@ -1,6 +1,6 @@
-//! Checks a recording for what cannot be right: wrong units, gravity included or removed, a sensor on its side, mirrored or
-//! exchanged axes, dead or stuck sensors, clock jumps, too few samples. No finding is an error by itself, and those about a
-//! foot that never rests may be wrong.
+//! Checks a recording for what cannot be right: wrong units, gravity included or removed, a sensor on its side,
+//! mirrored or exchanged axes, dead or stuck sensors, clock jumps, too few samples. No finding is an error by itself,
+//! and the findings about a foot that never rests may be wrong.
 //!
 //! | finding | file |
 //! |---|---|

@@ -18,8 +18,8 @@ const HIGH: f64 = 0.95;
 /// Share of the loads that may lie in the middle half between both levels. Of noise about one level more do: 0.6.
 const MIDDLE: f64 = 0.45;
 
-/// Load in swings below which, as a share of that in stances, both are levels wherever the other loads lie. A robot
-/// that stands before it walks has most of its loads in the middle.
+/// Load in swings below which, as a share of the load in stances, swing and stance are levels wherever the other loads
+/// lie. A robot that stands before it walks has most of its loads in the middle.
 const UNLOADED: f32 = 0.3;
 
 /// The same share for a load that is negative in stances.

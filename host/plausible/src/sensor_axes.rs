@@ -45,8 +45,8 @@ const LEAST_SWINGS: usize = 3;
 const MOST_VELOCITY: f64 = 5.0;
 const MOST_GRAVITY: f64 = 10.0;
 
-/// Ratio of the mean errors of two ways from which the better is right, and their least difference. With the recorded axes
-/// the ratio to the mirror image is at most 1.0 on 44 recordings of feet whose axes are right, and to any other way 1.4.
+/// Ratio of the mean errors of two ways beyond which the better is right, and their least difference. No recording
+/// whose axes are right has such a finding (`host-tests/tests/findings.rs`).
 const MIRRORED: f64 = 1.3;
 const DIFFERENT: f64 = 1.6;
 const LEAST_DIFFERENCE: f64 = 0.3;

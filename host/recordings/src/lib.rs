@@ -38,8 +38,8 @@ impl Opened {
     /// row is a message of ROS 2.
     ///
     /// # Errors
-    /// The file cannot be opened, is of a kind that is not read or not of the given format, or no format is given
-    /// and the first line does not identify it.
+    /// The file cannot be opened, its kind is not supported, or it does not have the given format. Without a given
+    /// format: the first line does not identify one.
     pub fn new(path: &Path, format: Option<Format>) -> Result<Self, InputError> {
         Self::through(path, format, |file, _| Box::new(file))
     }

@@ -15,19 +15,18 @@
 //! without a load, if the probability that it neither lifts nor tilts has fallen below [`LIFTED_BELOW`]. It slides
 //! if the probability that it does not move along the ground falls below [`SLIDES_BELOW`] before it rolls, i.e.
 //! before it is inclined by more than [`ROLLS_ABOVE`] against its stance. In every roll-off the heel of a shoe
-//! moves along the ground and the shoe turns about its toe. In simulated walks, trots and runs the former
-//! probability falls to at most 0.03 in every swing; in slips it stays above 0.25, except for 2 ms at the end of
-//! one recording (0.09). The latter stays above 0.9 in soft ground that yields.
+//! moves along the ground and the shoe turns about its toe, which is no slip.
 //!
 //! A foot that comes to rest has not slid if its turn explains the distance that it moved along the ground. A turn by
 //! θ moves a sensor by `LEVER_M` · θ if it is [`LEVER_M`] away from the point about which the foot turns. The shoe of
 //! a person who stands and sways moves by tenths of a millimetre that way.
 //!
-//! A slip starts from stable contact, and a landing is none. A foot may be loaded for [`SHORTEST_SWING_US`] without being stable at any time, for example if it slides
-//! from its landing until its lift-off. Then it has neither touch-down nor slip, but a start and an end of an unstable
-//! stance. Without a load such a stance cannot be distinguished from a swing. A foot that stands at the start of its
-//! recording has no touch-down. A foot that sticks and slips may have several events in one slide,
-//! but a time with the decision "stable" that is shorter than [`SHORTEST_REST_US`] does not divide it.
+//! A slip starts from stable contact, so a landing is not a slip. A foot may be loaded for [`SHORTEST_SWING_US`]
+//! without being stable at any time, for example if it slides from its landing until its lift-off. Then it has neither
+//! touch-down nor slip, but a start and an end of an unstable stance. Without a load such a stance cannot be
+//! distinguished from a swing. A foot that stands at the start of its recording has no touch-down. A foot that sticks
+//! and slips may have several events in one slide, but a time with the decision "stable" that is shorter than
+//! [`SHORTEST_REST_US`] does not divide it.
 //!
 //! The distance of a slip is measured along the ground from the last stable sample: the acceleration without gravity is
 //! rotated into the world frame and integrated twice. If the foot stands again afterwards, the remaining speed is an

@@ -75,7 +75,7 @@ pub fn with_z_up(up: Vec3) -> Option<Mounting> {
     Some(checked(params))
 }
 
-/// The axes with `up` along z and the smallest rotation; of equal ones, x is kept.
+/// The axes with `up` along z and the smallest rotation. If several rotations are equally small, x is kept.
 fn least_turn(up: SensorAxis) -> [SensorAxis; 3] {
     let own = [SensorAxis::X, SensorAxis::Y, SensorAxis::Z];
     // The greater the trace of the rotation, the smaller its angle.
@@ -88,7 +88,7 @@ fn least_turn(up: SensorAxis) -> [SensorAxis; 3] {
     let all = SensorAxis::ALL.into_iter();
     let all = all.flat_map(|x| SensorAxis::ALL.map(|y| [x, y, up]));
     let valid = all.filter(|axes| MountingParams::Axes(*axes).validate().is_ok());
-    // The first of equal ones.
+    // The first, if several are equally small.
     valid.rev().max_by_key(kept).unwrap_or(own)
 }
 

@@ -118,7 +118,7 @@ impl SimulatedFlash {
     /// Size of a page, bytes.
     const PAGE: usize = 16 * 1024;
 
-    /// Size of both pages, bytes.
+    /// Size of the two pages together, bytes.
     pub(crate) const SIZE: usize = 2 * Self::PAGE;
 
     pub(crate) fn blank() -> Self {

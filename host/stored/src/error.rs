@@ -250,7 +250,7 @@ pub enum Problem {
     },
     /// Rows would be left out though only their stamps jitter.
     Jitter {
-        /// Number of those rows.
+        /// Number of rows that would be left out.
         rows: usize,
         /// Number of all rows.
         of: usize,

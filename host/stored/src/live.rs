@@ -1,19 +1,19 @@
 //! Times of a live stream: kept as they are, or smoothed while they jitter around a steady rate.
 //!
-//! A file is smoothed with the rows before and after each row. A live stream has only those before, so its clock follows
-//! the stamps with a small part of each error. No sample is delayed.
+//! A file is smoothed with the rows before and after each row. A live stream has only the rows before, so its clock
+//! follows the stamps with a small part of each error. No sample is delayed.
 
 use std::collections::VecDeque;
 
 /// Number of steps by which the stream is judged.
 const JUDGED: usize = 100;
 
-/// Deviation of a step from the mean from which it is uneven, as a fraction, and the number of uneven steps in each half of
-/// the judged ones from which times jitter.
+/// Deviation of a step from the mean beyond which it is uneven, as a fraction, and the number of uneven steps in each
+/// half of the judged ones from which times jitter.
 const UNEVEN: f64 = 0.25;
 const LEAST_UNEVEN: usize = 3;
 
-/// Multiple of the mean step from which a step is a gap.
+/// Multiple of the mean step beyond which a step is a gap.
 const GAP_STEPS: f64 = 4.0;
 
 /// Largest change of the mean step between both halves of the judged steps at a steady rate, as a fraction.

@@ -260,7 +260,7 @@ pub fn mean_rate(times_us: &[i64]) -> Option<f64> {
     Some(roundest(rate(span + batch), rate(span), rate(span - batch)))
 }
 
-/// Number of rows that are more than half a period away from their place at `rate` in Hz from the first.
+/// Number of rows that are more than half a period away from their place, counted from the first row at `rate` in Hz.
 pub fn moved(times_us: &[i64], rate: f64) -> usize {
     let Some(first) = times_us.first() else {
         return 0;

@@ -720,7 +720,7 @@ fn latency_to_the_robot(result: &Stored) -> Result<String> {
     Ok(table.0)
 }
 
-/// Quantities of both boards, and their budgets.
+/// Quantities of the two boards, and their budgets.
 fn budgets(result: &Stored) -> Result<String> {
     let mut table = Table::new(&["", "reference", "feather", "budget", ""]);
     for row in result.rows() {

@@ -13,7 +13,7 @@ pub struct Monitor {
 }
 
 impl Monitor {
-    /// Executes the instruction at the core's program counter, if it is one of these; returns whether it is.
+    /// Executes the instruction at the core's program counter, if this module has it; returns whether it does.
     pub fn execute<B: CoreBus>(&mut self, core: &mut CortexM33, bus: &mut B) -> bool {
         let exception = core.regs.xpsr & 0x1FF;
         if exception != self.exception {

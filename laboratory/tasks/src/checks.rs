@@ -120,8 +120,8 @@ pub fn gate() -> Result<()> {
     Ok(())
 }
 
-/// Tests of the product that take longer, or read what programs of others write, and those of the laboratory. The tests
-/// have built the first ones' dependencies.
+/// Tests of the product that take longer, or read the output of third-party programs, and tests of the laboratory. The
+/// tests have built the first ones' dependencies.
 fn more_tests() -> Result<()> {
     install::for_gate()?;
     firmware::build_all()?;

@@ -46,7 +46,7 @@ fn crystal_that_cannot_be_measured_is_used_and_reported() {
     }
 }
 
-/// The chip takes crystals of 4 to 26 MHz, and only one of them sets the clocks that a program is built for.
+/// The chip takes crystals of 4 to 26 MHz, but only one frequency gives the clocks that a program is built for.
 #[test]
 fn a_wrong_or_missing_crystal_is_measured_reported_and_not_used() {
     for (board, elf) in products() {

@@ -49,7 +49,7 @@ class Selection:
     by: Figure
     """Figure that selects."""
     best: Candidate
-    """Combination with the best mean; of equal ones the first in the grid."""
+    """Combination with the best mean; the first in the grid if several are equal."""
     config: Mapping[str, Any]
     """Configuration with it, for ``config=``."""
     candidates: tuple[Candidate, ...]

@@ -621,7 +621,8 @@ impl Client {
         }
     }
 
-    /// Returns the number of restarts of the foot since its first message, also of those while another foot was followed.
+    /// Returns the number of restarts of the foot since its first message, including restarts while another foot was
+    /// followed.
     pub(super) fn starts(&self) -> u32 {
         let node = self.node.map(NodeId::get);
         self.starts.get(&node).copied().unwrap_or(0)

@@ -193,7 +193,8 @@ impl SlcanAdapter {
     /// Opens the bus at `kbit` kbit/s.
     fn join(&mut self, kbit: u32) -> Result<(), LinkError> {
         let rate = SLCAN_RATES_KBIT.iter().position(|known| *known == kbit);
-        // The leading CRs end partial lines. C fails if the bus is closed already, so its response is discarded.
+        // The leading CRs end partial lines. The command C fails if the bus is closed already, so its response is
+        // discarded.
         self.port.write(b"\r\r\rC\r")?;
         self.drain(Duration::from_millis(50))?;
         self.command(&format!("S{}", rate.unwrap_or(SLCAN_RATES_KBIT.len() - 1)))?;

@@ -655,7 +655,7 @@ pub(crate) fn estimator_options(
     ])
 }
 
-/// Returns the names of those options that are given.
+/// Returns the names of the options that are given.
 pub(crate) fn given_options<const N: usize>(
     options: [(&'static str, bool); N],
 ) -> Vec<&'static str> {

@@ -145,7 +145,7 @@ impl McapRecording {
         !matches!(self.file, RecordingFile::Begun(_))
     }
 
-    /// Removes the file, in which there is nothing. A file that was there before is kept as it was.
+    /// Removes the file if it was created by this command. A file that existed before is kept unchanged.
     ///
     /// # Errors
     /// It cannot be removed.

@@ -13,7 +13,7 @@
 //! one, otherwise by the least delay of the last seconds ([`FootClock`](feet::foot_clock::FootClock)).
 //!
 //! Feet whose IMUs are topics of ROS 2 get no second topic of their samples where a node publishes their contacts. Implausible
-//! samples, such as those of a wrong unit, are warnings in diagnostics.
+//! samples, such as samples of a wrong unit, are warnings in diagnostics.
 //!
 //! A foot without a contact for half a second is silent: its probability is 0, and diagnostics report it.
 //! Contacts of several boards with the same id ([`NewestSecond`](feet::NewestSecond)) carry no information:

@@ -318,7 +318,7 @@ impl FootNode {
     }
 
     /// Returns once a topic that another node in the domain publishes, too, except `/diagnostics`, which is of all: its
-    /// subscribers get the messages of both.
+    /// subscribers get the messages of the two.
     pub fn new_rival_topic(&mut self) -> Option<String> {
         let now = Instant::now();
         if self.next_look.is_none_or(|due| now < due) {

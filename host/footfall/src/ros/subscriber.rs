@@ -47,7 +47,7 @@ const FOUND_WITHIN: Duration = Duration::from_secs(2);
 /// Time without another topic after which the topics of a pattern are complete.
 const SETTLED: Duration = Duration::from_millis(500);
 
-/// Number of changes from one publisher of a topic to another from which both are reported.
+/// Number of changes between two publishers of a topic after which both publishers are reported.
 const CHANGES: u32 = 10;
 
 /// A message in CDR, with its encoding in the first four bytes.

@@ -1,7 +1,7 @@
 //! Specimens of the chip: from one end to the other of the ranges in the data sheets.
 //!
 //! The times of flash are the typical and maximum times in DS8626, tables 42 and 43. The data sheet gives no minimum, so
-//! the fast corner takes half of the typical time. The same holds for the start of the oscillators. If no maximum is
+//! the fast corner takes half of the typical time, also for the start of the oscillators. If no maximum is
 //! given, the slow corner takes twice the typical time.
 
 samples::named! {

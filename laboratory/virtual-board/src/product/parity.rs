@@ -192,7 +192,7 @@ impl ParityCheck {
         parity.mismatches += u64::from(bits(&expected) != bits(&message));
     }
 
-    /// Matches a frame with the next estimate of its short time; both are in order of time.
+    /// Matches a frame with the next estimate of its short time. Frames and estimates are in order of time.
     fn compare_frame(&mut self) {
         let Some(TimedFrame { frame, .. }) = self.frames.pop_front() else {
             return;

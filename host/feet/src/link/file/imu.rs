@@ -1,7 +1,7 @@
 //! Playback of a recording of an IMU.
 //!
-//! If the recording has contacts of its feet, and they are used, these are the estimates. Otherwise the estimates are
-//! computed here.
+//! If the recording has contacts of its feet, and they are used, the contacts are the estimates. Otherwise the
+//! estimates are computed here.
 
 use std::io;
 use std::iter::Peekable;
