@@ -63,10 +63,29 @@ impl Vocabulary for ArrayArguments {
             Hint::RateUnit(RateUnit::RevolutionsPerMinute) => {
                 "gyr * np.pi / 30 is in rad/s".to_owned()
             }
+            Hint::RateUnit(RateUnit::MilliDegreesPerSecond) => {
+                "np.radians(gyr / 1000) is in rad/s".to_owned()
+            }
+            Hint::DegreesOrRevolutions => {
+                "np.radians(gyr) or gyr * np.pi / 30 is in rad/s".to_owned()
+            }
+            Hint::OtherRateUnit => {
+                "gyr must be in rad/s: multiply counts by their value".to_owned()
+            }
             Hint::SplitFeet => "estimate each foot by itself".to_owned(),
             Hint::OtherUnit => "acc must be in m/s²: multiply counts by their value".to_owned(),
             Hint::TimesLookLike(unit) => {
                 format!("t looks like {}: t / {:.0e} is in s", unit.words(), unit.per_second())
+            }
+            Hint::TimesLookLikeOneOf(units) => {
+                let each = units.iter().map(|(unit, rate)| {
+                    format!(
+                        "t / {:.0e} is in s if t is in {}, which gives {rate:.0} Hz",
+                        unit.per_second(),
+                        unit.words()
+                    )
+                });
+                each.collect::<Vec<_>>().join("; ")
             }
             Hint::OtherTimeUnit => "t must be in s, or datetime64".to_owned(),
             Hint::Batches | Hint::SpaceRows => STEADY.to_owned(),

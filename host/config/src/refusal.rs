@@ -162,9 +162,6 @@ impl InWords for Refusal {
     }
 }
 
-/// Sample rate up to which times in s are suspected to be in ms, Hz: in ms it is that of a sensor of at most 2 kHz.
-const FASTEST_IN_S: f32 = 2.0;
-
 impl Origins<'_> {
     /// Checks that every setting has an effect with `params`, and that the settings of single feet are in range.
     ///
@@ -258,18 +255,16 @@ impl Origins<'_> {
 
     /// Returns a hint on the unit of the times if the rate measured from them, Hz, is far below or above its range.
     fn unit_of_times(&self, rate: f32, range: &RangeInclusive<f32>) -> Option<Hint> {
-        let (min, max) = (*range.start(), *range.end());
-        let fits = |per_second: f32| range.contains(&(rate * per_second));
         if self.sample_rate != RateOrigin::Recording {
-            None
-        } else if rate <= FASTEST_IN_S && fits(1.0e3) {
-            Some(Hint::TimesLookLike(TimeUnit::Milliseconds))
-        } else if rate < min && fits(1.0e6) {
-            Some(Hint::TimesLookLike(TimeUnit::Microseconds))
-        } else if rate < min && fits(1.0e9) {
-            Some(Hint::TimesLookLike(TimeUnit::Nanoseconds))
-        } else {
-            (rate > max).then_some(Hint::Batches)
+            return None;
+        }
+        if rate > *range.end() {
+            return Some(Hint::Batches);
+        }
+        match &TimeUnit::that_fit(f64::from(rate))[..] {
+            [] => None,
+            [(unit, _)] => Some(Hint::TimesLookLike(*unit)),
+            several => Some(Hint::TimesLookLikeOneOf(several.to_vec())),
         }
     }
 }

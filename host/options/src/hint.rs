@@ -153,6 +153,10 @@ pub enum Hint {
     AccelerationUnit(AccelerationUnit),
     /// Rates are in this unit.
     RateUnit(RateUnit),
+    /// Rates are in °/s or in revolutions per minute.
+    DegreesOrRevolutions,
+    /// Rates are in another unit, or counts.
+    OtherRateUnit,
     /// Accelerations are in another unit, or counts.
     OtherUnit,
     /// There is a line of units below the header.
@@ -167,6 +171,8 @@ pub enum Hint {
     OtherTimeUnit,
     /// The column `t`, which is read in s, looks like this unit.
     TimesLookLike(TimeUnit),
+    /// The column `t` may be in each of these units, in which it gives these rates, Hz.
+    TimesLookLikeOneOf(Vec<(TimeUnit, f64)>),
     /// A number has a comma before its fraction.
     DecimalComma,
     /// A date is not in the form of ISO 8601.
@@ -266,6 +272,15 @@ impl InWords for Hint {
             Self::Units(units) => f.write_str(&words.set(Setting::Units, units)),
             Self::AccelerationUnit(unit) => f.write_str(&words.set(Setting::Units, unit)),
             Self::RateUnit(unit) => f.write_str(&words.set(Setting::Units, unit)),
+            Self::DegreesOrRevolutions => write!(
+                f,
+                "{} or {}",
+                words.set(Setting::Units, &RateUnit::DegreesPerSecond),
+                words.set(Setting::Units, &RateUnit::RevolutionsPerMinute)
+            ),
+            Self::OtherRateUnit => {
+                write!(f, "{} gives the value of a count", name(Setting::Scale))
+            }
             Self::OtherUnit => write!(
                 f,
                 "{}, mm/s2, g or mg, or {} with the value of a count",
@@ -286,7 +301,7 @@ impl InWords for Hint {
             }
             Self::TimeUnit(unit) => f.write_str(&words.set(Setting::TimeUnit, unit)),
             Self::OtherTimeUnit => {
-                write!(f, "{} gives the unit: s, ms, us or ns", name(Setting::TimeUnit))
+                write!(f, "{} gives the unit: s, ms, 100us, us or ns", name(Setting::TimeUnit))
             }
             Self::TimesLookLike(unit) => write!(
                 f,
@@ -294,6 +309,13 @@ impl InWords for Hint {
                 unit.words(),
                 words.set(Setting::TimeUnit, unit)
             ),
+            Self::TimesLookLikeOneOf(units) => {
+                let each = units.iter().map(|(unit, rate)| {
+                    let option = words.set(Setting::TimeUnit, unit);
+                    format!("in {} it gives {rate:.0} Hz: {option}", unit.words())
+                });
+                write!(f, "column t may be in another unit: {}", each.collect::<Vec<_>>().join("; "))
+            }
             Self::DecimalComma => write!(
                 f,
                 "a comma before the fraction, not between thousands, is read with {}",

@@ -207,6 +207,13 @@ impl FromStr for Units {
     }
 }
 
+/// Rate from which times in ms are those of a foot, Hz, whatever another unit would give.
+const USUAL_RATE: f64 = 50.0;
+
+/// Largest rate in ms or in ticks, Hz, from which times in s are suspected to be in these units. A slow sensor is not taken
+/// for one whose times are in another unit.
+const FASTEST: f64 = 2.002e3;
+
 samples::named! {
     /// Unit of a table's times.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -216,19 +223,29 @@ samples::named! {
         Seconds = "s",
         /// ms.
         Milliseconds = "ms",
+        /// Ticks of 10 kHz, as `SampleTimeFine` of an Xsens `MTi` counts.
+        HundredMicroseconds = "100us",
         /// µs.
         Microseconds = "us",
         /// ns.
         Nanoseconds = "ns",
-    } or |name| format!("{name:?} is not a unit of time: write s, ms, us or ns")
+    } or |name| format!("{name:?} is not a unit of time: write s, ms, 100us, us or ns")
 }
 
 impl TimeUnit {
+    /// Rates of the sensors on feet, Hz.
+    pub const RATES_OF_FEET: std::ops::RangeInclusive<f64> = 20.0..=7.0e3;
+
+    /// Units of clocks other than that of one family of sensors.
+    pub const COMMON: [Self; 4] =
+        [Self::Seconds, Self::Milliseconds, Self::Microseconds, Self::Nanoseconds];
+
     /// The unit with this spelling.
     pub fn written(text: &str) -> Option<Self> {
         Self::of_name(match text {
             "sec" => "s",
             "µs" | "μs" => "us",
+            "100µs" | "100μs" => "100us",
             name => name,
         })
     }
@@ -239,6 +256,7 @@ impl TimeUnit {
         match self {
             Self::Seconds => "seconds",
             Self::Milliseconds => "milliseconds",
+            Self::HundredMicroseconds => "ticks of 100 µs",
             Self::Microseconds => "microseconds",
             Self::Nanoseconds => "nanoseconds",
         }
@@ -250,8 +268,26 @@ impl TimeUnit {
         match self {
             Self::Seconds => 1.0,
             Self::Milliseconds => 1.0e3,
+            Self::HundredMicroseconds => 1.0e4,
             Self::Microseconds => 1.0e6,
             Self::Nanoseconds => 1.0e9,
+        }
+    }
+
+    /// Returns the units below s in which times are those of a foot, with the rate in each, Hz. `rate_in_s` is the rate if
+    /// the times were in s. Several units fit where times do not tell.
+    #[must_use]
+    pub fn that_fit(rate_in_s: f64) -> Vec<(Self, f64)> {
+        let rates = Self::ALL.into_iter().skip(1).map(|unit| (unit, rate_in_s * unit.per_second()));
+        let fitting: Vec<_> = rates
+            .filter(|(unit, rate)| {
+                let is_coarse = matches!(unit, Self::Milliseconds | Self::HundredMicroseconds);
+                Self::RATES_OF_FEET.contains(rate) && (*rate <= FASTEST || !is_coarse)
+            })
+            .collect();
+        match fitting[..] {
+            [(Self::Milliseconds, rate), ..] if rate >= USUAL_RATE => fitting[..1].to_vec(),
+            _ => fitting,
         }
     }
 }
@@ -328,11 +364,27 @@ mod tests {
     }
 
     #[test]
+    fn units_that_fit_are_those_that_make_the_times_of_a_foot() {
+        let names = |rate_in_s: f64| {
+            TimeUnit::that_fit(rate_in_s).iter().map(|(unit, _)| unit.name()).collect::<Vec<_>>()
+        };
+        assert_eq!(names(1.0), ["ms"]);
+        assert_eq!(names(0.1), ["ms"]);
+        assert_eq!(names(1.0e-3), ["us"]);
+        assert_eq!(names(1.0e-6), ["ns"]);
+        // An MTi at 100 Hz; then at 200 Hz, or a logger at 20 Hz in ms.
+        assert_eq!(names(0.01), ["100us"]);
+        assert_eq!(names(0.02), ["ms", "100us"]);
+        // A sensor at 5 Hz.
+        assert_eq!(names(5.0), [""; 0]);
+    }
+
+    #[test]
     fn unknown_words_error_lists_the_known_ones() {
         assert_eq!("us".parse(), Ok(TimeUnit::Microseconds));
         assert_eq!(
             "min".parse::<TimeUnit>(),
-            Err("\"min\" is not a unit of time: write s, ms, us or ns".to_owned())
+            Err("\"min\" is not a unit of time: write s, ms, 100us, us or ns".to_owned())
         );
         assert_eq!("drop-bad".parse(), Ok(Times::DropBad));
         assert!("drop".parse::<Times>().is_err());

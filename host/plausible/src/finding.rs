@@ -41,6 +41,21 @@ pub enum Finding {
         /// Rate exceeded by one sample in a hundred, rad/s.
         percentile: f32,
     },
+    /// Angular rates look like thousandths of °/s, but are read as rad/s.
+    RateInMilliDegrees {
+        /// Rate exceeded by one sample in a hundred, rad/s.
+        percentile: f32,
+    },
+    /// Angular rates look like °/s or revolutions per minute, but are read as rad/s.
+    RateInDegreesOrRevolutions {
+        /// Rate exceeded by one sample in a hundred, rad/s.
+        percentile: f32,
+    },
+    /// Angular rates are in an unsupported unit.
+    RateInOtherUnit {
+        /// Rate exceeded by one sample in a hundred, rad/s.
+        percentile: f32,
+    },
     /// The angular rate stays the same while the acceleration changes.
     DeadGyroscope {
         /// Longest such time, s.
@@ -198,6 +213,10 @@ findings! {
     RateInDegrees = "rate_in_degrees", "one sample in a hundred is beyond 34.9 rad/s";
     RateInRevolutions = "rate_in_rpm",
         "the same, and gravity turns in swings as if the rates were in revolutions per minute";
+    RateInMilliDegrees = "rate_in_millidegrees", "the same, and the rates are beyond the range of gyroscopes in °/s, too";
+    RateInDegreesOrRevolutions = "rate_in_degrees_or_rpm",
+        "the same, and the rates fit °/s and revolutions per minute, because swings do not show which";
+    RateInOtherUnit = "rate_in_other_unit", "the same, and the rates fit none of these units";
     DeadGyroscope = "dead_gyroscope", "the angular rate stays the same for a second, though the acceleration changes";
     FrozenSensor = "frozen_sensor",
         "all six axes stay the same for two seconds, or for ten if the angular rate is exactly 0";
@@ -237,6 +256,9 @@ impl Finding {
             Self::AccelerationInOtherUnit { .. } => Hint::OtherUnit,
             Self::RateInDegrees { .. } => Hint::RateUnit(RateUnit::DegreesPerSecond),
             Self::RateInRevolutions { .. } => Hint::RateUnit(RateUnit::RevolutionsPerMinute),
+            Self::RateInMilliDegrees { .. } => Hint::RateUnit(RateUnit::MilliDegreesPerSecond),
+            Self::RateInDegreesOrRevolutions { .. } => Hint::DegreesOrRevolutions,
+            Self::RateInOtherUnit { .. } => Hint::OtherRateUnit,
             Self::DifferentAxes { gyroscope } => Hint::ExchangeColumns(rates_along((*gyroscope)?)),
             Self::MixedFeet { .. } => Hint::SplitFeet,
             Self::GravityIncluded { .. } => Hint::Gravity(Gravity::Included),
@@ -289,6 +311,21 @@ impl Finding {
                 f,
                 "the angular rate exceeds {percentile:.0} rad/s in every hundredth sample, which looks like revolutions \
                  per minute"
+            ),
+            Self::RateInMilliDegrees { percentile } => write!(
+                f,
+                "the angular rate exceeds {percentile:.0} rad/s in every hundredth sample, which looks like thousandths \
+                 of °/s"
+            ),
+            Self::RateInDegreesOrRevolutions { percentile } => write!(
+                f,
+                "the angular rate exceeds {percentile:.0} rad/s in every hundredth sample, which looks like °/s or \
+                 revolutions per minute, and no swing shows which"
+            ),
+            Self::RateInOtherUnit { percentile } => write!(
+                f,
+                "the angular rate exceeds {percentile:.0} rad/s in every hundredth sample, and is in another unit or of \
+                 another full scale"
             ),
             Self::DifferentAxes { .. } => f.write_str(
                 "accelerometer and gyroscope have different axes: gravity does not turn with the angular rate",

@@ -1,4 +1,8 @@
 //! Angular rates beyond the range of gyroscopes: they are in another unit.
+//!
+//! A unit fits if the largest rates are within the range of gyroscopes in it, and the quietest ones are those of a foot
+//! that stands. Often °/s and revolutions per minute fit. Then gravity tells them apart: in swings it turns by as much as
+//! the foot. If the swings do not tell, neither is advised.
 
 use samples::RecordedSample;
 
@@ -6,12 +10,16 @@ use crate::finding::Finding;
 use crate::limits::LARGEST_RATE;
 use crate::sensor_axes::AxesCheck;
 
-/// Value of 1 °/s and of one revolution per minute, rad/s.
+/// Value of 1 °/s, of one revolution per minute and of a thousandth of 1 °/s, rad/s.
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const REVOLUTION: f64 = std::f64::consts::PI / 30.0;
+const MILLIDEGREE: f64 = DEGREE / 1000.0;
 
-/// Ratio of the errors of swings from which revolutions per minute fit better than °/s.
+/// Ratio of the errors of swings from which the unit with the smaller error is right.
 const BETTER: f64 = 1.5;
+
+/// Largest rate in the quietest tenth of the samples, rad/s.
+const QUIETEST: f64 = 0.5;
 
 /// Collects the magnitudes of rates, and the errors of swings in other units.
 pub(crate) struct RateCheck {
@@ -42,13 +50,27 @@ impl RateCheck {
     /// Finding about the unit.
     pub(crate) fn finding(&self) -> Option<Finding> {
         let percentile = self.sizes.quantile(0.99)?;
-        let errors = self.degrees.error().zip(self.revolutions.error());
-        let are_revolutions =
-            errors.is_some_and(|(degrees, revolutions)| degrees > BETTER * revolutions);
-        (percentile > LARGEST_RATE).then_some(if are_revolutions {
-            Finding::RateInRevolutions { percentile }
-        } else {
-            Finding::RateInDegrees { percentile }
+        let quietest = f64::from(self.sizes.quantile(0.1)?);
+        if percentile <= LARGEST_RATE {
+            return None;
+        }
+        let fits = |unit: f64| {
+            f64::from(percentile) * unit <= f64::from(LARGEST_RATE) && quietest * unit <= QUIETEST
+        };
+        let swings = || {
+            let (degrees, revolutions) = self.degrees.error().zip(self.revolutions.error())?;
+            if degrees > BETTER * revolutions {
+                Some(Finding::RateInRevolutions { percentile })
+            } else {
+                (revolutions > BETTER * degrees).then_some(Finding::RateInDegrees { percentile })
+            }
+        };
+        Some(match (fits(DEGREE), fits(REVOLUTION)) {
+            (true, true) => swings().unwrap_or(Finding::RateInDegreesOrRevolutions { percentile }),
+            (true, false) => Finding::RateInDegrees { percentile },
+            (false, true) => Finding::RateInRevolutions { percentile },
+            (false, false) if fits(MILLIDEGREE) => Finding::RateInMilliDegrees { percentile },
+            (false, false) => Finding::RateInOtherUnit { percentile },
         })
     }
 }
@@ -96,6 +118,7 @@ mod tests {
 
     use estimator_core::Vec3;
 
+    use crate::check;
     use crate::fixtures::{found, pitching, walk};
 
     #[test]
@@ -113,13 +136,44 @@ mod tests {
 
     #[test]
     fn unit_of_the_rates_is_the_one_that_fits_the_swings() {
-        for (per_radian, name) in [(57.295_78, "rate_in_degrees"), (9.549_297, "rate_in_rpm")] {
+        for (per_radian, name) in [
+            (57.295_78, "rate_in_degrees"),
+            (9.549_297, "rate_in_rpm"),
+            (57_295.78, "rate_in_millidegrees"),
+            (1.0e7, "rate_in_other_unit"),
+        ] {
             let mut recording = pitching();
             for sample in &mut recording.samples {
                 sample.imu.angular_rate.0 = sample.imu.angular_rate.0 * per_radian;
             }
             assert_eq!(found(&recording), [name]);
         }
+    }
+
+    #[test]
+    fn no_unit_is_advised_where_two_fit() {
+        // Its forces are those of rest, so that no swing shows how far the foot turned.
+        let mut recording = walk();
+        for (k, sample) in (0..).zip(&mut recording.samples) {
+            let swings = k % 200 >= 100;
+            let rate = if swings { 100.0 * libm::sinf(0.3 * k as f32) } else { 0.01 };
+            sample.imu.angular_rate.0.y = rate;
+            sample.imu.specific_force.0.x = rate.abs();
+        }
+        let findings = check(&recording);
+        assert_eq!(findings[0].name(), "rate_in_degrees_or_rpm", "{findings:?}");
+        assert!(findings[0].to_string().ends_with(": units dps or units rpm"), "{}", findings[0]);
+    }
+
+    #[test]
+    fn noise_of_a_standing_foot_is_not_taken_for_degrees() {
+        let mut recording = walk();
+        for (k, sample) in (0..).zip(&mut recording.samples) {
+            sample.imu.specific_force.0 = Vec3::new(0.0, 0.0, 9.81);
+            sample.imu.angular_rate.0 =
+                Vec3::new(120.0 + (k % 7) as f32, -40.0 - (k % 3) as f32, (k % 5) as f32);
+        }
+        assert_eq!(found(&recording), ["rate_in_millidegrees"]);
     }
 
     #[test]

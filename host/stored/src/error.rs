@@ -267,6 +267,15 @@ pub enum Problem {
         /// Unit in which they are plausible.
         meant: TimeUnit,
     },
+    /// The rate is too low for a foot in the unit of the times, but not in another one.
+    UnitOfTimes {
+        /// Rate in the unit, Hz.
+        rate: f64,
+        /// Unit in which the times were read.
+        unit: TimeUnit,
+        /// Units that fit, with the rate in each, Hz.
+        fitting: Vec<(TimeUnit, f64)>,
+    },
     /// The times contradict the given sample rate.
     SampleRateConflict {
         /// Rate of the times, Hz.
@@ -506,6 +515,7 @@ impl Problem {
             Self::Jitter { .. } => Hint::SmoothTimes,
             Self::UnknownSampleRate { .. } => Hint::SampleRate,
             Self::GuessedUnit { meant, .. } => Hint::TimeUnit(*meant),
+            Self::UnitOfTimes { fitting, .. } => Hint::TimesLookLikeOneOf(fitting.clone()),
             Self::SampleRateConflict { meant: Some(meant), .. } => Hint::TimesLookLike(*meant),
             Self::NoImu { with_axes, .. } => Hint::TopicWithAxes(with_axes.clone()?),
             Self::ImuFields { problem, .. } => problem.hint()?,
@@ -527,6 +537,7 @@ impl Problem {
             Self::MissingColumns { .. }
             | Self::Time { .. }
             | Self::MessageOrder { .. }
+            | Self::UnitOfTimes { .. }
             | Self::SampleRateConflict { .. }
             | Self::NoImu { .. }
             | Self::ImuFields { .. }
@@ -639,6 +650,12 @@ impl Problem {
             Self::GuessedUnit { read_in, meant } => write!(
                 f,
                 ": column t was taken for {read_in} since 1970, but looks like {meant}"
+            ),
+            Self::UnitOfTimes { rate, unit, .. } => write!(
+                f,
+                ": column t gives {} Hz in {}",
+                shown_rate(*rate),
+                unit.words()
             ),
             Self::SampleRateConflict { measured, given, .. } => write!(
                 f,

@@ -102,7 +102,7 @@ pub const PLAUSIBLE_RATES: std::ops::RangeInclusive<f64> = 10.0..=1.0e5;
 #[must_use]
 pub fn unit_of_step(step: f64) -> Option<TimeUnit> {
     let is_plausible = |unit: &TimeUnit| PLAUSIBLE_RATES.contains(&(unit.per_second() / step));
-    TimeUnit::ALL.into_iter().skip(1).find(is_plausible)
+    TimeUnit::COMMON.into_iter().skip(1).find(is_plausible)
 }
 
 /// Contradiction of a given rate to the rate of the times, with the unit in which they agree.

@@ -18,6 +18,7 @@
 //! [`Mapping`](options::Mapping). In these tables a blank cell of an axis is NaN. A row without any axis belongs
 //! to another signal, and is left out and counted. Times may be dates with times as in ISO 8601.
 
+use estimator_core::parameter::SAMPLE_RATE;
 use estimator_core::{Axis, Gravity, Timestamp, Validity};
 
 use crate::feet::{FootColumn, LOOKED_AT, name_in};
@@ -389,13 +390,19 @@ impl<'a> Intake<'a> {
         place: &str,
     ) -> Result<Stored, InputError> {
         about.notices.extend(foot.load_notice(place).map(Notice::from));
-        let stored = foot
+        let mut stored = foot
             .rows
             .finish(place, about, self.input_options)
             .map_err(|error| error.with_time_column(time_by_another_name(&self.layout.header)))?;
         let known_unit = self.input_options.table.time_unit.or(self.layout.time_unit);
-        if let (Some(time), None) = (self.time, known_unit) {
-            check_guess(place, time.unit, stored.about.sample_rate)?;
+        let rate = stored.about.sample_rate;
+        match (self.time, known_unit) {
+            (Some(time), None) => check_guess(place, time.unit, rate)?,
+            (Some(time), Some(unit)) => {
+                let name = self.layout.header.cells().nth(time.index).unwrap_or_default();
+                stored.about.notices.extend(check_unit(place, name, unit, rate)?);
+            }
+            (None, _) => {}
         }
         Ok(stored)
     }
@@ -641,7 +648,7 @@ impl TimeColumn {
 /// Unit in which a number is a plausible time since 1970: from 2001 to 2096 the ranges of the units do not
 /// overlap.
 fn unit_since_1970(value: f64) -> TimeUnit {
-    let units = TimeUnit::ALL.into_iter().skip(1);
+    let units = TimeUnit::COMMON.into_iter().skip(1);
     let is_unit = |unit: &TimeUnit| (1.0e9..=MAX_TIME_S).contains(&(value / unit.per_second()));
     units.into_iter().find(is_unit).unwrap_or_default()
 }
@@ -671,7 +678,7 @@ fn check_guess(file: &str, unit: TimeUnit, rate: f32) -> Result<(), InputError> 
     if unit == TimeUnit::Seconds || is_plausible(&unit) {
         return Ok(());
     }
-    let mut smaller = TimeUnit::ALL.into_iter();
+    let mut smaller = TimeUnit::COMMON.into_iter();
     let meant = smaller.find(|other| other.per_second() > unit.per_second() && is_plausible(other));
     match meant {
         Some(meant) => {
@@ -679,6 +686,50 @@ fn check_guess(file: &str, unit: TimeUnit, rate: f32) -> Result<(), InputError> 
         }
         None => Ok(()),
     }
+}
+
+/// Lowest rate of a foot that is recorded in ms without a doubt about the unit, Hz.
+const LEAST_IN_MILLISECONDS: f64 = 50.0;
+
+/// Lowest rate that the estimator takes, Hz.
+const LOWEST_RATE: f64 = SAMPLE_RATE.least as f64;
+
+/// Column of the sensors by Xsens, in units of 100 µs of an `MTi` and in µs of a DOT.
+const XSENS: (&str, [TimeUnit; 2]) =
+    ("SampleTimeFine", [TimeUnit::HundredMicroseconds, TimeUnit::Microseconds]);
+
+/// Checks a unit that was given, or named by the column of this name, by the rate in it, Hz. Returns a notice if ticks of
+/// 10 kHz may be meant, whose rate in ms is a tenth of the true one.
+///
+/// # Errors
+/// The rate is below that of feet, but not in another unit, or the column is known to have another unit.
+fn check_unit(
+    file: &str,
+    name: &str,
+    unit: TimeUnit,
+    rate: f32,
+) -> Result<Option<Notice>, InputError> {
+    let rate = f64::from(rate);
+    let (fine, units) = XSENS;
+    let is_other = name.ends_with(fine) && !units.contains(&unit);
+    let mut fitting = if is_other {
+        let in_s = rate / unit.per_second();
+        units.map(|unit| (unit, in_s * unit.per_second())).to_vec()
+    } else {
+        TimeUnit::that_fit(rate / unit.per_second())
+    };
+    fitting.retain(|(other, rate)| *other != unit && TimeUnit::RATES_OF_FEET.contains(rate));
+    if fitting.is_empty() || (unit == TimeUnit::Seconds && !is_other) {
+        return Ok(None);
+    }
+    if rate < LOWEST_RATE || is_other {
+        return Err(InputError::of_file(file, Problem::UnitOfTimes { rate, unit, fitting }));
+    }
+    let may_be_ticks = unit == TimeUnit::Milliseconds && rate < LEAST_IN_MILLISECONDS;
+    Ok(may_be_ticks.then(|| {
+        let text = format!("{file}: column t gives {rate:.0} Hz in {}", unit.words());
+        Notice::with_hint(text, Hint::TimesLookLikeOneOf(fitting))
+    }))
 }
 
 /// Column of a table of ours that may be intended as `t`.
@@ -1126,7 +1177,7 @@ mod tests {
         let said = read_text(text, &InputOptions::default()).unwrap_err().to_string();
         assert!(
         said.ends_with(
-            "10000029000 is not a time in s: -4e9 to 4e9 is expected; time unit gives the unit: s, ms, us or ns"
+            "10000029000 is not a time in s: -4e9 to 4e9 is expected; time unit gives the unit: s, ms, 100us, us or ns"
         ),
         "{said}"
     );
@@ -1219,11 +1270,49 @@ mod tests {
         assert!(said.len() < 300, "{said}");
     }
 
+    /// Rows of an Xsens sensor with this many counts of its clock between them.
+    fn fine_times(step: u32) -> String {
+        let rows = (0..5).map(|k| format!("{},1,2,3,4,5,6\n", 4000 + k * step));
+        "SampleTimeFine,Acc_X,Acc_Y,Acc_Z,Gyr_X,Gyr_Y,Gyr_Z\n".to_owned()
+            + &rows.collect::<String>()
+    }
+
     #[test]
     fn possible_time_column_is_suggested() {
-        let text = "SampleTimeFine,Acc_X,Acc_Y,Acc_Z,Gyr_X,Gyr_Y,Gyr_Z\n0,1,2,3,4,5,6\n";
-        let said = read_text(text, &InputOptions::default()).unwrap_err().to_string();
+        let said = read_text(fine_times(100), &InputOptions::default()).unwrap_err().to_string();
         assert!(said.ends_with("map t=SampleTimeFine"), "{said}");
+    }
+
+    #[test]
+    fn unit_that_fits_better_than_the_given_one_is_named() {
+        let with_unit = |text: &str, unit| {
+            let mut input_options = InputOptions::default();
+            input_options.table.mapping = "t=SampleTimeFine".parse().unwrap();
+            input_options.table.time_unit = Some(unit);
+            read_text(text, &input_options)
+        };
+        for (step, unit, fitting) in [
+            (100, TimeUnit::Milliseconds, "in ticks of 100 µs it gives 100 Hz: time unit 100us"),
+            (10, TimeUnit::Milliseconds, "in ticks of 100 µs it gives 1000 Hz: time unit 100us"),
+            (16_667, TimeUnit::Milliseconds, "in microseconds it gives 60 Hz: time unit us"),
+        ] {
+            let said = with_unit(&fine_times(step), unit).unwrap_err().to_string();
+            assert!(said.ends_with(fitting), "{said}");
+        }
+        let ticks = with_unit(&fine_times(100), TimeUnit::HundredMicroseconds).unwrap();
+        assert_eq!(ticks.recording.sample_rate, 100.0);
+        assert_eq!(ticks.notices.iter().filter(|n| n.text.contains("column t")).count(), 0);
+        // Of another column, the unit may be right.
+        let mut input_options = InputOptions::default();
+        input_options.table.time_unit = Some(TimeUnit::Milliseconds);
+        let rows = (0..5).map(|k| format!("{},1,2,3,4,5,6\n", 25 * k)).collect::<String>();
+        let read = read_text(format!("t,ax,ay,az,wx,wy,wz\n{rows}"), &input_options).unwrap();
+        assert_eq!(read.recording.sample_rate, 40.0);
+        let notice = read.notices[0].to_string();
+        assert!(
+            notice.ends_with("in ticks of 100 µs it gives 400 Hz: time unit 100us"),
+            "{notice}"
+        );
     }
 
     #[test]

@@ -187,7 +187,7 @@ def read(
         third belongs to the load.
     decimal : {".", ","}, optional
         Decimal mark of a table's numbers.
-    time_unit : {"s", "ms", "us", "ns"}, optional
+    time_unit : {"s", "ms", "100us", "us", "ns"}, optional
         Unit of the times, if the column's name does not give it and it is not s.
     times : {"auto", "keep", "drop-bad", "smooth", "rate"}, optional
         Treatment of times: smooth times that jitter without gaps, leave them as they are, omit rows that do not advance,

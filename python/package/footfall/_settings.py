@@ -14,7 +14,7 @@ from . import _footfall
 
 Preset = Literal["default", "paper"]
 Gravity = Literal["included", "removed"]
-TimeUnit = Literal["s", "ms", "us", "ns"]
+TimeUnit = Literal["s", "ms", "100us", "us", "ns"]
 Times = Literal["auto", "keep", "drop-bad", "smooth", "rate"]
 Config = Union[Mapping[str, Any], str, "os.PathLike[str]"]
 
