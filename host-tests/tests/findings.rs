@@ -101,6 +101,37 @@ fn permuted_accelerometers_are_found_on_walks_of_people() {
 }
 
 #[test]
+fn unit_of_rates_is_right_or_not_advised_on_each_recording() {
+    let sets = of_sets(&Set::ALL).into_iter().flatten().map(|labelled| labelled.recording);
+    let recordings: Vec<Recording> = sets.chain(all().into_iter().flatten()).collect();
+    for (per_radian, name) in [
+        (57.295_78, "rate_in_degrees"),
+        (9.549_297, "rate_in_rpm"),
+        (57_295.78, "rate_in_millidegrees"),
+    ] {
+        let (mut right, mut undecided) = (0, Vec::new());
+        for recording in &recordings {
+            let scaled = changed(recording, |_, w| *w = *w * per_radian);
+            let findings = check(&scaled);
+            let unit = findings.iter().find(|finding| finding.name().starts_with("rate_in"));
+            match unit.map(Finding::name) {
+                // A foot that turns little has rates that are plausible in any unit.
+                None => {}
+                Some(found) if found == name => right += 1,
+                Some(found) => {
+                    assert_eq!(found, "rate_in_degrees_or_rpm", "{}", recording.name);
+                    undecided.push(&recording.name);
+                }
+            }
+        }
+        // 41 to 56 of 56 are right, and up to 4 have swings that do not tell.
+        let all = recordings.len();
+        assert!(10 * right >= 7 * all, "{name}: {right} of {all}");
+        assert!(10 * undecided.len() <= all, "{name}: {undecided:?}");
+    }
+}
+
+#[test]
 fn dead_axes_are_found_on_each_walk() {
     let Some(recordings) = all() else { return };
     let kill: [fn(&mut Vec3, &mut Vec3); 4] =
@@ -115,7 +146,7 @@ fn dead_axes_are_found_on_each_walk() {
 #[test]
 fn alternating_feet_are_found_on_walks_of_people() {
     let Some(walks) = walks() else { return };
-    let mut missed = Vec::new();
+    let mut missed: Vec<String> = Vec::new();
     for [left, right] in walks {
         let period_us = 1.0e6 / left.sample_rate;
         let pairs =
@@ -139,6 +170,5 @@ fn alternating_feet_are_found_on_walks_of_people() {
             missed.push(mixed.name);
         }
     }
-    // One short walk has too few windows in which one foot stands while the other swings.
-    assert!(missed.len() < 2, "{missed:?}");
+    assert!(missed.is_empty(), "{missed:?}");
 }

@@ -69,11 +69,13 @@ impl MixedFeetCheck {
     /// Finding about the number of feet.
     pub(crate) fn finding(&self) -> Option<Finding> {
         let share = |window: &Window| f64::from(window.mixed) / f64::from(window.of.max(1));
-        let counted = self.windows.iter().zip(FEET);
-        let (window, feet) =
+        let are_mixed =
+            |window: &Window| window.mixed >= LEAST_WINDOWS && share(window) >= LEAST_SHARE;
+        // Windows of another number of feet are mixed, too, but fewer of them.
+        let counted = self.windows.iter().zip(FEET).filter(|(window, _)| are_mixed(window));
+        let (_, feet) =
             counted.max_by(|(one, _), (other, _)| share(one).total_cmp(&share(other)))?;
-        let are_mixed = window.mixed >= LEAST_WINDOWS && share(window) >= LEAST_SHARE;
-        are_mixed.then_some(Finding::MixedFeet { feet })
+        Some(Finding::MixedFeet { feet })
     }
 }
 
