@@ -38,6 +38,7 @@ use contact_feed::ContactFeeds;
 use feed::Feed;
 use loads::{LoadSeries, loads};
 use messages::Visitor;
+use pairing::names_another_leg;
 use reader::Reader;
 use selection::{is_trunk, names_of, renamed, trunks};
 
@@ -244,11 +245,18 @@ fn selection_notices(file: &str, topics: &[String], empty: &[String]) -> Vec<Not
     trunks.chain(empty).collect()
 }
 
-/// Sentence that lists the load of each of several feet.
+/// Sentence that lists the load of each of several feet, and of one foot if the load has the name of another leg.
 fn load_notice(file: &str, feet: &[String], loads: &[LoadSeries]) -> Option<Notice> {
-    let pairs = feet.iter().zip(loads).map(|(foot, load)| format!("{} of {foot}", load.topic));
+    let mut has_other = false;
+    let pairs = feet.iter().zip(loads).map(|(foot, load)| {
+        let is_other = names_another_leg(&load.topic.to_string(), foot);
+        has_other |= is_other;
+        let remark = if is_other { ", which has the name of another leg" } else { "" };
+        format!("{} of {foot}{remark}", load.topic)
+    });
     let pairs: Vec<String> = pairs.collect();
-    (pairs.len() > 1).then(|| Notice::from(format!("{file}: loads are {}", pairs.join(", "))))
+    let is_said = pairs.len() > 1 || has_other;
+    is_said.then(|| Notice::from(format!("{file}: loads are {}", pairs.join(", "))))
 }
 
 /// Sentences on the contacts in a bag of `feet` feet: on the topics `used`, and on the others if a foot has none.

@@ -14,7 +14,10 @@ use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use crate::messages::{Channel, MessageTimes, Schema, Visitor};
-use crate::records::{AT_ONCE, Connection, LONGEST_RECORD, Stop, load, number, read_some, skip};
+use crate::records::{
+    AT_ONCE, Connection, LONGEST_CHUNK, LONGEST_RECORD, Stop, expect_at_most, load, number,
+    read_some, skip,
+};
 use stored::container::ContainerFile;
 use stored::error::InputError;
 
@@ -164,7 +167,8 @@ impl Bag<'_> {
         }
         let mut header = vec![0; CHUNK_START];
         chunk.read_exact(&mut header)?;
-        // Two times and the size of the records come first.
+        // Two times come first.
+        let stated = number(&header[16..24]);
         let crc = number(&header[24..28]) as u32;
         let name_length = number(&header[28..32]) as u32;
         let rest = u64::from(name_length) + 8;
@@ -180,7 +184,7 @@ impl Bag<'_> {
         if name_length == 0 {
             self.plain_chunk(&mut chunk.take(size), crc)
         } else {
-            self.compressed_chunk(chunk, &header, length)
+            self.compressed_chunk(chunk, &header, length, stated)
         }
     }
 
@@ -208,12 +212,14 @@ impl Bag<'_> {
         Ok(())
     }
 
-    /// Reads a compressed chunk whose frame and header were read; the library reads them again.
+    /// Reads a compressed chunk whose frame and header were read; the library reads them again. `stated` is the length of
+    /// its records, bytes.
     fn compressed_chunk(
         &mut self,
         chunk: &mut Take<&mut Bytes>,
         header: &[u8],
         length: u64,
+        stated: u64,
     ) -> Result<(), Stop> {
         let options = LinearReaderOptions::default()
             .with_skip_start_magic(true)
@@ -237,7 +243,8 @@ impl Bag<'_> {
                     reader.notify_read(count);
                 }
                 Ok(LinearReadEvent::Record { opcode, data }) => {
-                    Stop::unless_too_long(&mut decompressed, (Frame::SIZE + data.len()) as u64)?;
+                    decompressed += (Frame::SIZE + data.len()) as u64;
+                    expect_at_most(stated.min(LONGEST_CHUNK), decompressed)?;
                     self.record.clear();
                     self.record.extend_from_slice(data);
                     self.process(opcode)?;

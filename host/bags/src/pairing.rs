@@ -75,6 +75,14 @@ fn belongs(load: &str, foot: &str) -> bool {
     is_within || leg(load).is_some_and(|load| leg(foot) == Some(load))
 }
 
+/// Returns whether a load has the name of a leg that is not that of the foot.
+pub(super) fn names_another_leg(load: &str, foot: &str) -> bool {
+    leg(load).zip(leg(foot)).is_some_and(|(load, foot)| {
+        let ends = load.is_front.zip(foot.is_front);
+        load.is_left != foot.is_left || ends.is_some_and(|(load, foot)| load != foot)
+    })
+}
+
 /// Index of the load of each foot by their names; `None` unless each foot has exactly one and each load is taken.
 pub(super) fn pairs(loads: &[String], feet: &[String]) -> Option<Vec<usize>> {
     let mut pairs = Vec::new();
@@ -115,6 +123,15 @@ mod tests {
             Some(vec![1, 0])
         );
         assert_eq!(paired(&["/load/leg_2", "/load/leg_1"], &["leg_1", "leg_2"]), Some(vec![1, 0]));
+    }
+
+    #[test]
+    fn load_of_another_leg_is_told_from_one_without_a_leg() {
+        assert!(names_another_leg("/force/fr", "/imu/fl"));
+        assert!(names_another_leg("/left_hind/ft", "/left_front/imu"));
+        for load in ["/force/fl", "/ft/left", "/lowstate:foot_force[1]", "/front_left/wrench"] {
+            assert!(!names_another_leg(load, "/imu/fl"), "{load}");
+        }
     }
 
     #[test]

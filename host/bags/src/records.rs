@@ -78,17 +78,14 @@ impl Stop {
     }
 }
 
-/// A compressed chunk grows beyond [`LONGEST_CHUNK`].
+/// A compressed chunk grows beyond this many bytes: those that its header states, or [`LONGEST_CHUNK`].
 #[derive(Debug, thiserror::Error)]
-#[error("a chunk grows beyond {} bytes when it is decompressed", LONGEST_CHUNK)]
-struct ChunkTooLong;
+#[error("a chunk has more than {0} bytes when it is decompressed")]
+pub(super) struct ChunkGrows(u64);
 
-impl Stop {
-    /// Adds the length of a decompressed record to the length of its chunk.
-    pub(super) fn unless_too_long(chunk: &mut u64, record: u64) -> Result<(), Self> {
-        *chunk = chunk.saturating_add(record);
-        if *chunk > LONGEST_CHUNK { Err(Self::Damaged(Box::new(ChunkTooLong))) } else { Ok(()) }
-    }
+/// Checks the length of the records of a compressed chunk so far, bytes.
+pub(super) fn expect_at_most(most: u64, decompressed: u64) -> Result<(), Stop> {
+    if decompressed > most { Err(Stop::Damaged(Box::new(ChunkGrows(most)))) } else { Ok(()) }
 }
 
 impl From<io::Error> for Stop {

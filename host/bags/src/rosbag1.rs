@@ -12,7 +12,10 @@ use bzip2::read::BzDecoder;
 use thiserror::Error;
 
 use crate::messages::{Channel, MessageTimes, Schema, Visitor};
-use crate::records::{AT_ONCE, Connection, LONGEST_RECORD, Stop, load, number, read_some, skip};
+use crate::records::{
+    AT_ONCE, Connection, LONGEST_CHUNK, LONGEST_RECORD, Stop, expect_at_most, load, number,
+    read_some, skip,
+};
 use stored::container::ContainerFile;
 use stored::error::{InputError, Unsupported};
 
@@ -160,7 +163,8 @@ impl Bag<'_> {
         // A compressed chunk is never 0 bytes long, so length 0 means that it is still being written.
         let is_open = length == 0 && compression != "none";
         let length = if is_open { u64::MAX } else { length.into() };
-        let stated = self.number::<4>("size")?;
+        let size = self.number::<4>("size")?;
+        let stated = (!is_open).then_some(size);
         let mut chunk = bytes.take(length);
         let read = match compression.as_str() {
             "none" => self.records(&mut chunk),
@@ -187,13 +191,19 @@ impl Bag<'_> {
         skip(bytes, rest)
     }
 
-    /// Reads the records of a compressed chunk by its decoder. Not every decoder reports truncated data, so the size is
-    /// compared with the header's.
-    fn compressed(&mut self, decoder: impl Read, stated: u64) -> Result<(), Stop> {
-        let mut chunk = Counted::new(decoder);
-        self.records(&mut chunk)?;
+    /// Reads the records of a compressed chunk by its decoder, up to the size that its header states; `None` for a chunk that
+    /// was not finished. Not every decoder reports truncated data, so the size is compared with the header's.
+    fn compressed(&mut self, decoder: impl Read, stated: Option<u64>) -> Result<(), Stop> {
+        let most = stated.unwrap_or(LONGEST_CHUNK);
+        let mut chunk = Counted::new(decoder.take(most + 1));
+        let read = self.records(&mut chunk);
         let found = chunk.count;
-        if found == stated { Ok(()) } else { Err(Damage::ChunkSize { found, stated }.into()) }
+        expect_at_most(most, found)?;
+        read?;
+        match stated {
+            Some(stated) if found != stated => Err(Damage::ChunkSize { found, stated }.into()),
+            _ => Ok(()),
+        }
     }
 
     /// Reads records up to the end of a chunk.

@@ -1,4 +1,5 @@
 mod contacts;
+mod many_topics;
 mod parts;
 mod ros1;
 
@@ -709,6 +710,73 @@ fn loads_of_all_feet_are_paired_by_name_or_refused() {
     ));
 }
 
+/// Forms of the names of four legs, of which topics of IMUs and of loads may have any.
+const LEGS: [[&str; 4]; 5] = [
+    ["fl", "fr", "rl", "rr"],
+    ["LF", "RF", "LH", "RH"],
+    ["FL_foot", "FR_foot", "HL_foot", "HR_foot"],
+    ["front_left", "front_right", "rear_left", "rear_right"],
+    ["left/front", "right/front", "left/hind", "right/hind"],
+];
+
+#[test]
+fn loads_of_feet_in_random_order_are_those_of_their_legs() {
+    let mut random = Random(0x5eed_0000_0000_0087);
+    let mut shuffled = |names: [usize; 4]| {
+        let mut names = names;
+        for last in (1..4).rev() {
+            names.swap(last, random.next(last + 1));
+        }
+        names
+    };
+    for turn in 0..60 {
+        let (of_feet, of_loads) = (LEGS[turn % LEGS.len()], LEGS[turn / LEGS.len() % LEGS.len()]);
+        let leak = |text: String| -> &'static str { text.leak() };
+        let feet = of_feet.map(|leg| leak(format!("/robot/{leg}/imu")));
+        let loads = of_loads.map(|leg| leak(format!("/ft/{leg}/wrench")));
+        let mut messages = Vec::new();
+        for k in 0..20_i64 {
+            let stamp = 1_700_000_000_000_000_000 + 2_000_000 * k;
+            for leg in shuffled([0, 1, 2, 3]) {
+                let force = [0.0, 0.0, 10.0 + leg as f64];
+                messages.push(Message(loads[leg], WRENCH, stamp, wrench(stamp, force)));
+            }
+            for leg in shuffled([0, 1, 2, 3]) {
+                let readings = 1000 * leg as u64 + k as u64;
+                messages.push(Message(feet[leg], IMU, stamp, imu(Order::Little, stamp, readings)));
+            }
+        }
+        let typed = shuffled([0, 1, 2, 3]).map(|leg| loads[leg]);
+        let named = shuffled([0, 1, 2, 3]).map(|leg| feet[leg]);
+        for selected in [&["all"][..], &named] {
+            let kind = KINDS[turn % KINDS.len()];
+            let options = with_loads(topics(selected), &typed);
+            let mut read = open(&written(kind, &messages, &[]), &options).unwrap();
+            let notices: Vec<_> = read[0].about.notices.iter().map(ToString::to_string).collect();
+            assert_eq!(read.len(), 4);
+            for foot in &mut read {
+                let address = foot.about.address.clone().unwrap();
+                let leg = feet.iter().position(|foot| *foot == address).unwrap();
+                let said = format!("{} of {address}", loads[leg]);
+                assert!(notices.iter().any(|text| text.contains(&said)), "{said}: {notices:?}");
+                let of_foot = samples(foot);
+                assert!(of_foot.iter().all(|sample| sample.load == Some(Load(10.0 + leg as f32))));
+            }
+        }
+    }
+}
+
+#[test]
+fn load_of_another_leg_is_said_even_of_one_foot() {
+    let mut messages = two_feet(Order::Little);
+    let log = messages[0].2;
+    messages.push(Message("/force/fr", FLOAT, log, float(20.0)));
+    let options = with_loads(topics(&["/imu/fl"]), &["/force/fr"]);
+    let read = open(&written(Kind::Chunks, &messages, &[]), &options).unwrap();
+    let said = "loads are /force/fr of /imu/fl, which has the name of another leg";
+    assert!(read[0].about.notices.iter().any(|notice| notice.text.contains(said)));
+}
+
 #[test]
 fn message_of_wrong_length_is_named() {
     for kind in KINDS {
@@ -758,6 +826,24 @@ fn invalid_compressed_message_is_named() {
         let said = why(open(&written(KINDS[0], &messages, &[]), &InputOptions::default()));
         let expected = format!(", topic /imu/fl, message 21: {what}");
         assert!(said.starts_with(&expected), "{said}");
+    }
+}
+
+#[test]
+fn compressed_chunk_of_mcap_ends_at_the_size_that_it_states() {
+    for kind in [Kind::Zstd, Kind::Lz4] {
+        let mut bytes = written(kind, &one_foot(Order::Little), &[]);
+        // The frame of the first chunk after the magic and the header.
+        let header = u64::from_le_bytes(bytes[9..17].try_into().unwrap()) as usize;
+        let chunk = 8 + 9 + header;
+        assert_eq!(bytes[chunk], ::mcap::records::op::CHUNK, "{kind:?}");
+        let size = chunk + 9 + 16;
+        bytes[size..size + 8].copy_from_slice(&1_000_u64.to_le_bytes());
+        let said = why(open(&bytes, &InputOptions::default()));
+        // The library ends one of zstd, and this crate one of lz4.
+        let is_ended = said.contains("uncompressed bytes remaining")
+            || said.contains("a chunk has more than 1000 bytes when it is decompressed");
+        assert!(said.starts_with(" is damaged: ") && is_ended, "{kind:?}: {said}");
     }
 }
 

@@ -23,6 +23,13 @@ fn definition(message: &str) -> String {
             "Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n"
         }
         FLOAT => return "float64 data\n".to_owned(),
+        NUMBERS => {
+            return format!(
+                "MultiArrayLayout layout\nfloat64[] data\n{rule}\nMSG: std_msgs/MultiArrayLayout\n\
+                 MultiArrayDimension[] dim\nuint32 data_offset\n{rule}\nMSG: std_msgs/MultiArrayDimension\n\
+                 string label\nuint32 size\nuint32 stride\n"
+            );
+        }
         LOW_STATE => return LOW_STATE_FIELDS.to_owned(),
         other => panic!("{other}"),
     };
@@ -184,6 +191,22 @@ fn bag(compression: &str, messages: Serials<'_>) -> Vec<u8> {
     let connections = connections.into_iter().map(|(_, declared)| declared).collect::<Vec<_>>();
     let info = record(&[("op", &[6]), ("ver", &[1, 0, 0, 0])], &[0; 8]);
     [FIRST_LINE, &header, &chunks, &connections.concat(), &info].concat()
+}
+
+/// Returns a bag with a connection for each of these topics.
+pub(super) fn with_topics(count: u32) -> Vec<u8> {
+    let mut records = Vec::new();
+    for place in 0..count {
+        records.extend(connection(place, &many_topics::topic(place), IMU, &definition(IMU)));
+        for (log, payload) in many_topics::payloads(place) {
+            let payload = serialised(&Message("", IMU, log, payload));
+            records.extend(message_record(place, log, &payload));
+        }
+    }
+    let chunk = chunk("none", &records);
+    let header = bag_header((FIRST_LINE.len() + 4096 + chunk.len()) as u64, "");
+    let info = record(&[("op", &[6]), ("ver", &[1, 0, 0, 0])], &[0; 8]);
+    [FIRST_LINE, &header, &chunk, &info].concat()
 }
 
 fn in_serials(messages: &[Message]) -> Vec<(&'static str, &'static str, i64, Vec<u8>)> {
@@ -359,6 +382,83 @@ fn compressed_chunk_of_another_length_is_damaged() {
         assert!(said.starts_with(" is damaged: a chunk has "), "{said}");
         assert!(said.ends_with("; rosbag reindex, of ROS 1, saves what can be"), "{said}");
     }
+}
+
+#[test]
+fn compressed_chunk_of_ros_1_ends_at_the_size_that_it_states() {
+    let declared = connection(0, "/imu/fl", IMU, &definition(IMU));
+    // Records of an index, which are skipped.
+    let long = record(&[("op", &[4])], &vec![0; 64 << 20]);
+    for compression in ["bz2", "lz4"] {
+        let mut grows = chunk(compression, &[&declared[..], &long].concat());
+        let size = grows.windows(5).position(|part| part == b"size=").unwrap() + 5;
+        grows[size..size + 4].copy_from_slice(&5_000_u32.to_le_bytes());
+        let bytes = [FIRST_LINE, &bag_header(0, ""), &grows].concat();
+        let said = why(open(&bytes, &InputOptions::default()));
+        let expected = " is damaged: a chunk has more than 5000 bytes when it is decompressed";
+        assert!(said.starts_with(expected), "{said}");
+    }
+}
+
+const NUMBERS: &str = "std_msgs/msg/Float64MultiArray";
+
+/// A bag as the README of `DogLegs` describes it: five IMUs with the times of writing, and 29 numbers of the robot.
+fn doglegs() -> Vec<u8> {
+    let mut messages = Vec::new();
+    for k in 0..200_u64 {
+        let log = 250_046_000_000_000 + 5_000_000 * k as i64;
+        for (place, part) in (0..).zip(["body", "fl", "fr", "rl", "rr"]) {
+            let topic: &str = format!("/doglegs/imu/{part}").leak();
+            let topic: &'static str = topic;
+            let cdr = imu(Order::Little, log, 1000 * place + k);
+            messages.push((topic, IMU, log, serialised(&Message(topic, IMU, log, cdr))));
+        }
+        let mut robot = vec![log as f64 / 1.0e9];
+        robot.extend((1..25).map(f64::from));
+        robot.extend((0..4).map(|foot| 100.0 * f64::from(foot) + k as f64));
+        let numbers = Serialised::default().put(1_u32.to_le_bytes()).text(b"values");
+        let numbers = numbers.put(29_u32.to_le_bytes()).put(29_u32.to_le_bytes()).put([0; 4]);
+        let numbers = numbers.put(29_u32.to_le_bytes()).numbers(&robot);
+        messages.push(("/doglegs/robot_sensor", NUMBERS, log, numbers.0));
+    }
+    bag("none", &messages)
+}
+
+#[test]
+fn bag_of_doglegs_is_read_with_its_loads() {
+    let bytes = doglegs();
+    let feet = ["fl", "fr", "rl", "rr"];
+    let imus = feet.map(|foot| format!("/doglegs/imu/{foot}"));
+    let loads = [25, 26, 27, 28].map(|at| format!("/doglegs/robot_sensor:data[{at}]"));
+    let expect = |stored: &mut Stored, foot: usize| {
+        assert_eq!(stored.about.foot.as_deref(), Some(feet[foot]));
+        assert_eq!((stored.about.samples, stored.about.sample_rate), (200, 200.0));
+        for (k, sample) in samples(stored).iter().enumerate() {
+            let readings = 1000 * (foot + 1) + k;
+            assert_eq!(sample.imu.angular_rate.0.x, (readings as f64 / 3.0) as f32);
+            assert_eq!(sample.load, Some(Load(100.0 * foot as f32 + k as f32)));
+        }
+    };
+    for foot in 0..4 {
+        let options = with_loads(topics(&[&imus[foot]]), &[&loads[foot]]);
+        expect(&mut open(&bytes, &options).unwrap()[0], foot);
+    }
+    let mut four = open(
+        &bytes,
+        &with_loads(
+            topics(&imus.each_ref().map(String::as_str)),
+            &loads.each_ref().map(String::as_str),
+        ),
+    )
+    .unwrap();
+    for (foot, stored) in four.iter_mut().enumerate() {
+        expect(stored, foot);
+    }
+    // Numbers have no names of feet.
+    let mut options = with_loads(topics(&["all"]), &loads.each_ref().map(String::as_str));
+    options.bag.excluded = vec!["/doglegs/imu/body".to_owned()];
+    let said = why(open(&bytes, &options));
+    assert!(said.contains("cannot be paired by name with the feet fl, fr, rl, rr"), "{said}");
 }
 
 #[test]
