@@ -35,7 +35,7 @@ fn consumers_conclude_the_decisions_of_the_feet() {
     let Some(packages) = packages::install("python-record", REQUIREMENTS) else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let recording = folder.path().join("rec.mcap").display().to_string();
-    let compat = "pronto,champ,drift,muse,bool,unitree,wrench,all-stand";
+    let compat = "pronto,champ,drift,muse,bool,unitree,wrench";
     let source = "demo:feet=4,seconds=4,speed=max";
     let prefix = ["--frame-prefix", "spot/", "--wrench-force", "40"];
     footfall(&[&["record", source, "-o", &recording, "--compat", compat], &prefix[..]].concat());

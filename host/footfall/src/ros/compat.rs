@@ -8,9 +8,8 @@
 //! | `muse` | [MUSE](https://github.com/iit-DLSLab/muse) | `/footfall/contact_detection` | `state_estimator_msgs/msg/ContactDetection` | the decisions |
 //! | `bool` | any, such as one that sets the contact flags of [legged_control](https://github.com/qiayuanl/legged_control) | `/footfall/FL/contact/decision` of each foot | `std_msgs/msg/Bool` | the decision |
 //! | `unitree` | any that compares the forces of a GO1 or Go2 with a threshold | `/footfall/lowstate` | `unitree_go/msg/LowState` | `foot_force` and `foot_force_est`: [`STANDS`] of a foot that stands, 0 of others, in Unitree's order, right front, left front, right hind, left hind; all else is 0 |
-//! | `wrench` | any that takes the force on a foot, with a threshold or without | `/footfall/FL/wrench` of each foot | `geometry_msgs/msg/WrenchStamped` | a force along z of the foot's frame: [`WRENCH_FORCE`], or the one given, of a foot that stands, 0 of others |
-//! | `all-stand` | one that waits for all feet on the ground, as a filter that is to be initialised | `/footfall/all_stand` | `std_msgs/msg/Bool` | whether all feet stand |
-//! | `biped` | any that reads `biped_interfaces`, such as those of [bit-bots](https://github.com/bit-bots/bitbots_main) | `/footfall/phase` | `biped_interfaces/msg/Phase` | which of both feet stand; no message while none does |
+//! | `wrench` | any that takes the force on a foot, such as the node of [SERoW](https://github.com/mrsp/serow) | `/footfall/FL/wrench` of each foot | `geometry_msgs/msg/WrenchStamped` | a force along z of the foot's frame: [`WRENCH_FORCE`], or the one given, of a foot that stands, 0 of others |
+//! | `biped` | any that reads `biped_interfaces`, such as the odometry of [bit-bots](https://github.com/bit-bots/bitbots_main) | `/footfall/phase` | `biped_interfaces/msg/Phase` | which of both feet stand; no message while none does |
 //!
 //! `docs/guide/state-estimators.md` lists the lines of these programs that were read, each with its commit.
 //!
@@ -153,8 +152,6 @@ samples::named! {
         Unitree = "unitree",
         /// A decision as the force on each foot.
         Wrench = "wrench",
-        /// Whether all feet stand.
-        AllStand = "all-stand",
         /// Which of two feet stand.
         Biped = "biped",
     }
@@ -180,7 +177,6 @@ impl Compat {
             Self::Wrench => {
                 "`geometry_msgs/msg/WrenchStamped` on /footfall/FL/wrench and those of the other feet, whose force is --wrench-force or 0"
             }
-            Self::AllStand => "`std_msgs/msg/Bool` on `/footfall/all_stand`",
             Self::Biped => {
                 "`biped_interfaces/msg/Phase` on /footfall/phase, of the feet L and R; those of the other forms are then L and R, too"
             }
@@ -190,7 +186,7 @@ impl Compat {
     /// Returns whether each of its messages describes exactly four feet.
     const fn is_of_four(self) -> bool {
         match self {
-            Self::Bool | Self::Wrench | Self::AllStand | Self::Biped => false,
+            Self::Bool | Self::Wrench | Self::Biped => false,
             Self::Pronto | Self::Champ | Self::Drift | Self::Muse | Self::Unitree => true,
         }
     }
@@ -214,7 +210,6 @@ impl Compat {
             Self::Drift => "/footfall/drift/contacts",
             Self::Muse => "/footfall/contact_detection",
             Self::Unitree => LOW_STATE_TOPIC,
-            Self::AllStand => "/footfall/all_stand",
             Self::Biped => "/footfall/phase",
             Self::Bool => return of_foot("contact/decision"),
             Self::Wrench => return of_foot("wrench"),
@@ -242,7 +237,6 @@ impl Compat {
                 let forces = RIGHT_FIRST.map(|foot| if stands(foot) { STANDS } else { 0 });
                 RosMessage::Unitree(Box::new(LowState::with_forces(forces)))
             }
-            Self::AllStand => RosMessage::Bool(robot.stands.iter().all(|stands| *stands)),
             Self::Biped => match SupportPhase::of(stands(0), stands(1)) {
                 Some(phase) => RosMessage::Phase(Stances { header, stances: phase }),
                 None => return Vec::new(),
@@ -702,19 +696,6 @@ mod tests {
         let published = messages(Compat::Champ, &feet.map(|foot| (foot, true)));
         assert!(matches!(&published[..], [Published { message: RosMessage::Champ(message), .. }]
             if message.stances == [true; 4]));
-    }
-
-    #[test]
-    fn all_stand_is_true_only_while_each_foot_stands() {
-        for lifted in [None, Some("FL"), Some("RR")] {
-            let feet = ["FL", "FR", "RL", "RR"].map(|foot| (foot, Some(foot) != lifted));
-            let published = messages(Compat::AllStand, &feet);
-            let [Published { topic, message, .. }] = &published[..] else {
-                panic!("{published:?}");
-            };
-            assert_eq!(topic.as_ref(), "/footfall/all_stand");
-            assert_eq!(*message, RosMessage::Bool(lifted.is_none()), "{lifted:?}");
-        }
     }
 
     #[test]
