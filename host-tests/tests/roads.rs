@@ -32,6 +32,8 @@ const LOW_STATE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/low_s
 
 const RECORDED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/recorded.py");
 
+const RECIPES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/recipes.py");
+
 const ESTIMATES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/estimates.py");
 
 /// Loads of the feet, whose places are in Unitree's order.
@@ -428,7 +430,7 @@ fn files_of_unsupported_kinds_are_named() {
         ("json.json", FileKind::Other),
         ("json_records.json", FileKind::Other),
         ("numpy.npy", FileKind::Numpy),
-        ("numpy_archive.npz", FileKind::Numpy),
+        ("numpy_archive.npz", FileKind::Npz),
         ("pickle.pkl", FileKind::Pickle),
         ("sqlite.db", FileKind::Sqlite),
         ("tar.tar.gz", FileKind::Other),
@@ -444,6 +446,36 @@ fn files_of_unsupported_kinds_are_named() {
             opened.err().expect("no recording").to_string(),
             format!("{} is {kind}; {}", path.display(), kind.advice().expect("not read"))
         );
+    }
+}
+
+#[test]
+fn recipes_for_arrays_give_the_samples_of_the_walk() {
+    let Some(folder) = roads() else { return };
+    let packages = packages::install("python-roads", REQUIREMENTS).expect("they are there");
+    let target = tempfile::tempdir().expect("a folder");
+    let walk = folder.join("walk.csv");
+    // The part that is Python: after a colon, up to a remark for people.
+    let recipe = |kind: FileKind| {
+        let advice = kind.advice().expect("a recipe");
+        let from = advice.find("m = numpy").or_else(|| advice.find("m = scipy"));
+        let from = from.or_else(|| advice.find("numpy.savetxt")).expect("Python");
+        let (code, _) = advice.split_once(" with the names").unwrap_or((advice, ""));
+        code[from..].to_owned()
+    };
+    let recipes = [FileKind::Npz, FileKind::Matlab, FileKind::Numpy].map(recipe);
+    let [npz, matlab, numpy] = &recipes;
+    packages.run(RECIPES, &[&walk, &target.path(), npz, matlab, numpy]);
+    let read = |path: &Path| {
+        recordings::read(path, Format::Csv, &InputOptions::default()).expect("a table").recording
+    };
+    let expected = read(&walk).samples;
+    for number in 0..recipes.len() {
+        let found = read(&target.path().join(format!("walk{number}.csv"))).samples;
+        assert_eq!(found.len(), expected.len());
+        for (found, expected) in found.iter().zip(&expected) {
+            assert_eq!(found.imu, expected.imu, "{}", recipes[number]);
+        }
     }
 }
 

@@ -255,6 +255,18 @@ def test_stream_in_other_units_has_the_bits_of_si_units(walk: footfall.Recording
         footfall.Estimator(rate=1000.0, units="stone,rpm")
 
 
+def test_stream_with_axes_has_the_bits_of_turned_samples(walk: footfall.Recording) -> None:
+    straight = footfall.Estimator(rate=1000.0)
+    # The sensor's y is along the foot's x, and its -x along the foot's y.
+    turned = footfall.Estimator(rate=1000.0, axes="y,-x,z")
+    for acc, gyr in zip(walk.acc[:3000], walk.gyr[:3000], strict=True):
+        expected = straight.update(acc, gyr)
+        found = turned.update((-acc[1], acc[0], acc[2]), (-gyr[1], gyr[0], gyr[2]))
+        assert found == expected
+    with pytest.raises(ValueError, match="axes"):
+        footfall.Estimator(rate=1000.0, axes="x,y")
+
+
 def test_stream_in_g_without_a_unit_warns_once() -> None:
     foot = footfall.Estimator(rate=100.0)
     with pytest.warns(RuntimeWarning, match="acc is 1 m/s² on average.*units=") as warnings:
