@@ -40,7 +40,7 @@ enum {
     FOOTFALL_ERROR_VELOCITY = 9,
     FOOTFALL_ERROR_LEARNT = 10, /* damaged, of another version, or out of range: start without it */
     FOOTFALL_ERROR_COUNT = 11,  /* more than FOOTFALL_MOST_SAMPLES samples */
-    FOOTFALL_ERROR_UNIT = 12    /* readings in g or mg, or another full scale */
+    FOOTFALL_ERROR_UNIT = 12    /* readings in g or mg, another full scale, or a wrong scale */
 };
 typedef int32_t footfall_error;
 
@@ -173,8 +173,13 @@ footfall_error footfall_estimator_spread_timestamps(const footfall_estimator *es
                                                     size_t count);
 
 /* Returns FOOTFALL_ERROR_UNIT if no foot can have the forces of the last half second, because they are in g or mg, or of
- * another full scale. Call it if the flags do not clear. Returns FOOTFALL_OK if the force is plausible, or not known yet. */
+ * another full scale, or because the scale is wrong by more than 12 %. Call it if the flags do not clear. Returns
+ * FOOTFALL_OK if the force is plausible, or not known yet. */
 footfall_error footfall_estimator_check_unit(const footfall_estimator *estimator);
+
+/* Writes the length of the mean specific force of a foot that rests, m/s^2, to `*force_m_s2`; NaN while it does not rest, and
+ * if gravity was removed. Divide 9.80665 by it for the factor of a wrong scale. */
+footfall_error footfall_estimator_force_at_rest(const footfall_estimator *estimator, float *force_m_s2);
 
 /* Writes the state learnt so far, for `learnt` of the parameters at the next start. An error writes zeros. */
 footfall_error footfall_estimator_learnt(const footfall_estimator *estimator, footfall_learnt *learnt);

@@ -186,6 +186,27 @@ pub unsafe extern "C" fn footfall_estimator_check_unit(estimator: *const Estimat
     number(check_ready(estimator).and_then(|()| unsafe { &*estimator }.check_unit()))
 }
 
+/// Writes the mean force of a foot at rest.
+///
+/// # Safety
+/// As the header says: each pointer is NULL or points to one of its type.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn footfall_estimator_force_at_rest(
+    estimator: *const Estimator,
+    force_m_s2: *mut f32,
+) -> i32 {
+    let get = || {
+        check(force_m_s2)?;
+        // SAFETY: Checked, and by the header's terms writable. An error leaves no number.
+        unsafe { force_m_s2.write(f32::NAN) };
+        check_ready(estimator)?;
+        // SAFETY: Both are checked, the estimator is initialised.
+        unsafe { force_m_s2.write((*estimator).force_at_rest()) };
+        Ok(())
+    };
+    number(get())
+}
+
 /// Writes the state learnt so far.
 ///
 /// # Safety

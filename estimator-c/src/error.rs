@@ -66,7 +66,7 @@ impl Error {
             Self::Velocity => c"velocity is out of range: speed 0.001 to 10 m/s, lever 0 to 10 m, floor 0.0001 to 1 m/s",
             Self::Learnt => c"learnt is damaged, of another version, or not from footfall_estimator_learnt(): start without it",
             Self::Count => c"a batch has more than FOOTFALL_MOST_SAMPLES samples",
-            Self::Unit => c"the mean force is not gravity, 9.8 m/s^2: multiply readings in g by 9.80665, in mg by 0.00980665, or correct the full scale",
+            Self::Unit => c"the mean force is not gravity, 9.8 m/s^2: multiply readings in g by 9.80665, in mg by 0.00980665, or correct the full scale or the scale",
         }
     }
 }

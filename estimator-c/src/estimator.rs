@@ -69,6 +69,12 @@ impl Estimator {
         self.core.implausible_force().map_or(Ok(()), |_| Err(Error::Unit))
     }
 
+    /// Mean force of a foot at rest, m/s²; NaN while it is not at rest.
+    #[must_use]
+    pub fn force_at_rest(&self) -> f32 {
+        self.core.force_at_rest().unwrap_or(f32::NAN)
+    }
+
     /// State learnt so far.
     #[must_use]
     pub fn learnt(&self) -> CLearnt {

@@ -80,7 +80,7 @@ fn null_and_misaligned_pointers_are_errors() {
     assert_eq!(init(at, size_of::<Estimator>() - 1, &params), Err(Error::TooSmall as i32));
     assert_eq!(update(at.cast(), &sample, None), (uninitialised, DOUBTFUL));
     let this = init(at, size_of::<Estimator>(), &params).expect("enough memory");
-    let (mut estimate, mut learnt) = (DOUBTFUL, CLearnt::default());
+    let (mut estimate, mut learnt, mut force) = (DOUBTFUL, CLearnt::default(), 0.0);
     let (estimate, learnt) = (&raw mut estimate, &raw mut learnt);
     let mut numbers = [0.0_f32; 64];
     let odd = numbers.as_mut_ptr().wrapping_byte_add(1);
@@ -94,6 +94,7 @@ fn null_and_misaligned_pointers_are_errors() {
             (footfall_estimator_init(at, SIZE, params, ptr::null_mut()), null),
             (footfall_estimator_init(at, SIZE, odd.cast(), other), misaligned),
             (footfall_estimator_learnt(this, learnt), uninitialised),
+            (footfall_estimator_force_at_rest(this, &raw mut force), uninitialised),
             (footfall_estimator_init(at, SIZE, ptr::null(), other), null),
             (footfall_estimator_init(at, SIZE, params, other), 0),
             (footfall_estimator_update(this, sample, no_load, ptr::null_mut()), null),
@@ -101,6 +102,8 @@ fn null_and_misaligned_pointers_are_errors() {
             (footfall_estimator_update(this, ptr::null(), no_load, estimate), null),
             (footfall_estimator_update(ptr::null_mut(), sample, no_load, estimate), null),
             (footfall_estimator_learnt(this, ptr::null_mut()), null),
+            (footfall_estimator_force_at_rest(this, ptr::null_mut()), null),
+            (footfall_estimator_force_at_rest(ptr::null(), &raw mut force), null),
             (footfall_estimator_learnt(this, learnt), 0),
         ]
     };
@@ -190,8 +193,10 @@ fn samples_of_one_read_get_times_of_their_own() {
 }
 
 #[test]
-fn readings_in_g_or_mg_are_an_error_of_their_unit() {
-    for (gravity, expected) in [(9.81, 0), (1.0, Error::Unit as i32), (1_000.0, Error::Unit as i32)]
+fn readings_in_g_or_mg_or_of_a_wrong_scale_are_an_error() {
+    let unit = Error::Unit as i32;
+    for (gravity, expected) in
+        [(9.81, 0), (1.0, unit), (1_000.0, unit), (0.8 * 9.81, unit), (1.2 * 9.81, unit)]
     {
         let mut memory = memory();
         let this = init(start(&mut memory), SIZE, &CParams::default()).expect("valid");
@@ -211,6 +216,20 @@ fn readings_in_g_or_mg_are_an_error_of_their_unit() {
         }
         // SAFETY: An estimator.
         assert_eq!(unsafe { footfall_estimator_check_unit(this) }, expected, "{gravity}");
+        let mut force = 0.0;
+        // SAFETY: An estimator, and a number.
+        assert_eq!(unsafe { footfall_estimator_force_at_rest(this, &raw mut force) }, 0);
+        // Vibration of a thousand m/s² in mg is no rest.
+        assert!((force / gravity - 1.0).abs() < 1.0e-3 || gravity > 100.0, "{force}");
+        let moving = CSample {
+            timestamp_us: 3_000_000,
+            specific_force_m_s2: [50.0, 0.0, gravity],
+            ..CSample::default()
+        };
+        assert_eq!(update(this, &moving, None).0, 0);
+        // SAFETY: As above.
+        assert_eq!(unsafe { footfall_estimator_force_at_rest(this, &raw mut force) }, 0);
+        assert!(force.is_nan(), "{force}");
     }
 }
 

@@ -125,8 +125,8 @@ impl ContactEstimator {
     /// Length of the mean specific force, m/s², if no foot can have it; `None` while it is plausible or unknown, and
     /// with [`Gravity::Removed`](crate::Gravity::Removed).
     ///
-    /// A value shows that the readings have another unit, such as 1 in g or 1,000 in mg, or that the full scale is not
-    /// the assumed one. It is given for a mean outside of 7 to 12.6 m/s² at rest, or outside of 1.5 to 60 m/s² over
+    /// A value shows that the readings have another unit, such as 1 in g or 1,000 in mg, that the full scale is not
+    /// the assumed one, or that the scale is wrong. It is given for a mean outside of 8.6 to 11 m/s² at rest, or outside of 1.5 to 60 m/s² over
     /// half a second. For the latter a foot would have to fall for 0.9 s, or to become 25 m/s faster.
     #[must_use]
     pub fn implausible_force(&self) -> Option<f32> {
@@ -658,6 +658,23 @@ mod tests {
             free.update(&walking(ms), None);
         });
         assert_eq!(free.implausible_force(), None);
+    }
+
+    #[test]
+    fn scale_that_leaves_a_foot_in_doubt_is_implausible_at_rest() {
+        for (factor, is_implausible) in
+            [(0.75, true), (0.85, true), (0.95, false), (1.05, false), (1.15, true), (1.25, true)]
+        {
+            let mut estimator = estimator(Stream::KILOHERTZ);
+            for ms in 0..4_000 {
+                let force = SpecificForce(Vec3::new(0.0, 0.0, factor * STANDARD_GRAVITY));
+                let sample = ImuSample { specific_force: force, ..at_rest(1_000 * ms) };
+                estimator.update(&sample, None);
+            }
+            assert_eq!(estimator.implausible_force().is_some(), is_implausible, "{factor}");
+            let at_rest = estimator.force_at_rest().expect("a rest");
+            assert!((at_rest / (factor * STANDARD_GRAVITY) - 1.0).abs() < 1.0e-3, "{at_rest}");
+        }
     }
 
     #[test]

@@ -184,8 +184,9 @@ impl LongRest {
     /// Time after the first sample in which a sample may contradict those before it, s.
     const BEGINNING: f32 = 0.1;
 
-    /// Plausible lengths of the force at rest, m/s²: gravity, and the errors of an accelerometer.
-    const AT_REST: RangeInclusive<f32> = 7.0..=12.6;
+    /// Plausible lengths of the force at rest, m/s²: gravity, and the errors of an accelerometer. A larger error of its
+    /// scale leaves the foot in doubt for good.
+    const AT_REST: RangeInclusive<f32> = 0.88 * STANDARD_GRAVITY..=1.12 * STANDARD_GRAVITY;
 
     /// Plausible lengths of the mean over [`Self::LONG_MEAN`], m/s²: the mean differs from gravity by the change of
     /// speed in that time. It is below the least after a free fall of 0.9 s.
