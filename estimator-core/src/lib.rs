@@ -1,14 +1,22 @@
 //! Stable-contact probability of a robot's foot, from the IMU on it alone.
 //!
 //! ```
-//! use estimator_core::{ContactEstimator, Gravity, ImuSample, Params, Stream, Timestamp};
+//! use estimator_core::{
+//!     AngularRate, ContactEstimator, Gravity, ImuSample, Params, SpecificForce, Stream, Timestamp, Validity, Vec3,
+//! };
 //!
-//! let stream = Stream::new(1000.0, Gravity::Removed)?;
+//! // An accelerometer measures gravity, too, so that it reads 9.81 m/s² upwards at rest.
+//! let stream = Stream::new(1000.0, Gravity::Included)?; // Hz
 //! let mut estimator = ContactEstimator::new(&Params::DEFAULT.validate()?, stream);
 //! for tick in 0..400 {
-//!     let sample = ImuSample { timestamp: Timestamp::from_micros(tick * 1000), ..Default::default() };
+//!     let sample = ImuSample {
+//!         timestamp: Timestamp::from_micros(tick * 1000),
+//!         specific_force: SpecificForce(Vec3::new(0.0, 0.0, 9.81)), // m/s²
+//!         angular_rate: AngularRate(Vec3::new(0.0, 0.0, 0.0)),      // rad/s
+//!         validity: Validity::Valid,
+//!     };
 //!     let estimate = estimator.update(&sample, None);
-//!     // Once the foot has rested for a fifth of a second:
+//!     // Once the foot has rested for a third of a second:
 //!     assert!(tick < 390 || estimate.probabilities.stable > 0.98);
 //! }
 //! # Ok::<(), estimator_core::ParamsError>(())
