@@ -15,8 +15,12 @@ void reset(void) {
     }
 }
 
+/* Ends the program in QEMU, with an error: semihosting's SYS_EXIT for ADP_Stopped_RunTimeErrorUnknown. */
 static void fault(void) {
+    register uint32_t operation __asm("r0") = 0x18;
+    register uint32_t reason __asm("r1") = 0x20023;
     for (;;) {
+        __asm volatile("bkpt 0xAB" : : "r"(operation), "r"(reason) : "memory");
     }
 }
 

@@ -45,6 +45,7 @@ const LIBRARIES: [Library<'_>; 17] = [
         fpu: Some(("cortex-m4", "vfp4d16sp")),
         folders: &[
             "cortex-m4/fpv4-sp-d16-softfp",
+            "cortex-m7/fpv4-sp-d16-softfp",
             "cortex-m7/fpv5-d16-softfp",
             "cortex-m7/fpv5-sp-d16-softfp",
         ],
@@ -53,6 +54,8 @@ const LIBRARIES: [Library<'_>; 17] = [
         "thumbv7em-none-eabihf",
         &[
             "cortex-m4/fpv4-sp-d16-hard",
+            // Cores of STM32duino name the smaller unit, whose instructions the larger one has.
+            "cortex-m7/fpv4-sp-d16-hard",
             "cortex-m7/fpv5-d16-hard",
             "cortex-m7/fpv5-sp-d16-hard",
             "imxrt1062/fpv5-d16-hard",
@@ -63,6 +66,7 @@ const LIBRARIES: [Library<'_>; 17] = [
         target: "thumbv8m.main-none-eabi",
         fpu: Some(("cortex-m33", "fp-armv8d16sp")),
         folders: &[
+            "cortex-m33/fpv4-sp-d16-softfp",
             "cortex-m33/fpv5-sp-d16-softfp",
             "cortex-m33/softfp",
             "cortex-m55/fpv5-d16-softfp",
@@ -72,6 +76,7 @@ const LIBRARIES: [Library<'_>; 17] = [
     library(
         "thumbv8m.main-none-eabihf",
         &[
+            "cortex-m33/fpv4-sp-d16-hard",
             "cortex-m33/fpv5-sp-d16-hard",
             "cortex-m33/hard",
             "cortex-m55/fpv5-d16-hard",
@@ -218,6 +223,10 @@ fn build(library: &Library<'_>) -> Result<(&'static str, Vec<u8>)> {
         .collect();
     if let Some((cpu, feature)) = library.fpu {
         flags.extend([format!("-Ctarget-cpu={cpu}"), format!("-Ctarget-feature=+{feature}")]);
+    }
+    if target.starts_with("thumbv7") || target.starts_with("thumbv8m.main") {
+        // A program may trap unaligned access, by CCR.UNALIGN_TRP.
+        flags.push("-Ctarget-feature=+strict-align".to_owned());
     }
     if target.starts_with("riscv") {
         // Lets the program's linker shorten each call from 8 bytes to 4 or 2. Floating point is some 1,400 calls.

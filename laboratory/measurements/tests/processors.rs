@@ -5,7 +5,7 @@ mod support;
 
 use std::fs::{self, File};
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 use host_tests::datasets::recorded;
 use host_tests::sets::Set;
@@ -141,6 +141,24 @@ fn every_library_of_the_archive_has_the_bits_of_rust() {
     for processor in &PROCESSORS {
         let program = temporary.path().join("walk");
         assert_same_bits(temporary.path(), || program_for(processor, archive, &program, &[]));
+    }
+}
+
+#[test]
+#[ignore = "full: compiles for each processor"]
+fn no_library_of_arm_has_an_unaligned_access() {
+    let archive = ARCHIVE.as_path();
+    let temporary = tempfile::tempdir().expect("a temporary directory");
+    let program = temporary.path().join("walk");
+    let trap = folder().join("examples/board/trap.c");
+    let wrapped = "-Wl,--wrap=footfall_estimator_init,--wrap=footfall_estimator_update,--wrap=footfall_estimator_learnt";
+    let more = [trap.to_str().expect("text"), wrapped];
+    for processor in PROCESSORS.iter().filter(|other| other.compiler.starts_with("arm")) {
+        assert_same_bits(temporary.path(), || program_for(processor, archive, &program, &more));
+        let with_access = [&more[..], &["-DUNALIGNED"]].concat();
+        let mut command = program_for(processor, archive, &program, &with_access);
+        let trapped = command.stdin(Stdio::null()).status().expect("QEMU starts");
+        assert!(!trapped.success(), "{}: the trap is off", processor.folder);
     }
 }
 
