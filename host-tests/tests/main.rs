@@ -7,6 +7,9 @@
 use host_tests::requirements::unmet;
 
 #[cfg(feature = "full")]
+#[path = "../../wire/tests/python/environment.rs"]
+mod environment;
+#[cfg(feature = "full")]
 #[path = "python/packages.rs"]
 mod packages;
 
