@@ -639,6 +639,9 @@ for board, flags in [
     ({"build.mcu": "esp32c3"}, ["-march=rv32imc"]),
     ({"build.cpu": "cortex-m0plus"}, [["-mthumb", ("-isystem", pathlib.Path("x"))]]),
     ({"build.cpu": "cortex-m33"}, ["-mthumb -march=armv8-m.main+fp+dsp -mfloat-abi=softfp"]),
+    ({"build.cpu": "cortex-m7"}, ["-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"]),
+    ({"build.cpu": "cortex-m33"}, ["-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"]),
+    ({"build.mcu": "imxrt1062"}, ["-mfloat-abi=hard", "-mfpu=fpv5-d16"]),
     (None, []),
     ({"build.mcu": "atmega328p"}, []),
 ]:
@@ -657,6 +660,7 @@ fn platformio_links_the_library_of_the_board() {
     let printed = run(python.args(["-c", PLATFORMIO]).arg(ARCHIVE.as_path())).stdout;
     let printed = String::from_utf8(printed).expect("text");
     let expected =
-        "cortex-m4/fpv4-sp-d16-hard\nesp32c3\ncortex-m0plus\ncortex-m33/softfp\nx86_64\nfootfall\n";
+        "cortex-m4/fpv4-sp-d16-hard\nesp32c3\ncortex-m0plus\ncortex-m33/softfp\n\
+         cortex-m7/fpv4-sp-d16-hard\ncortex-m33/fpv4-sp-d16-hard\nimxrt1062/fpv5-d16-hard\nx86_64\nfootfall\n";
     assert_eq!(printed, expected);
 }

@@ -37,9 +37,9 @@ const fn library<'a>(target: &'a str, folders: &'a [&'a str]) -> Library<'a> {
 /// calling convention as in the compiler's options. A core without `-mfpu` has only the convention.
 const LIBRARIES: [Library<'_>; 17] = [
     // Armv8-M without its main extension runs the code of Armv6-M.
-    library("thumbv6m-none-eabi", &["cortex-m0", "cortex-m0plus", "cortex-m23"]),
+    library("thumbv6m-none-eabi", &["cortex-m0", "cortex-m0plus", "cortex-m23", "mkl26z64"]),
     library("thumbv7m-none-eabi", &["cortex-m3"]),
-    library("thumbv7em-none-eabi", &["cortex-m4", "cortex-m7"]),
+    library("thumbv7em-none-eabi", &["cortex-m4", "cortex-m7", "mk20dx256"]),
     Library {
         target: "thumbv7em-none-eabi",
         fpu: Some(("cortex-m4", "vfp4d16sp")),
@@ -54,6 +54,8 @@ const LIBRARIES: [Library<'_>; 17] = [
         "thumbv7em-none-eabihf",
         &[
             "cortex-m4/fpv4-sp-d16-hard",
+            "mk64fx512/fpv4-sp-d16-hard",
+            "mk66fx1m0/fpv4-sp-d16-hard",
             // Cores of STM32duino name the smaller unit, whose instructions the larger one has.
             "cortex-m7/fpv4-sp-d16-hard",
             "cortex-m7/fpv5-d16-hard",
@@ -85,7 +87,9 @@ const LIBRARIES: [Library<'_>; 17] = [
     ),
     library(
         "riscv32imc-unknown-none-elf",
-        &["riscv32", "esp32c2", "esp32c3", "esp32c6", "esp32h2"],
+        &[
+            "riscv32", "rv32imac", "esp32c2", "esp32c3", "esp32c5", "esp32c6", "esp32c61", "esp32h2",
+        ],
     ),
     library("riscv32imafc-unknown-none-elf", &["riscv32/ilp32f", "esp32p4"]),
     library("x86_64-unknown-linux-gnu", &["x86_64"]),
@@ -348,6 +352,66 @@ pub fn pack(folder: &Path, name: &str, to: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Boards by the family of their core for Arduino, with `build.mcu` and the options of floating point with which it
+    /// compiles.
+    const BOARDS: [(&str, &str, &str); 33] = [
+        ("STM32duino F0", "cortex-m0", ""),
+        ("STM32duino C0, G0, L0, U0", "cortex-m0plus", ""),
+        ("STM32duino F1, F2, L1", "cortex-m3", ""),
+        ("STM32duino F3, F4, G4, L4, WB", "cortex-m4", "-mfpu=fpv4-sp-d16 -mfloat-abi=hard"),
+        ("STM32duino WL", "cortex-m4", ""),
+        ("STM32duino F7, H7", "cortex-m7", "-mfpu=fpv4-sp-d16 -mfloat-abi=hard"),
+        ("STM32duino H5, L5, U5, WBA", "cortex-m33", "-mfpu=fpv4-sp-d16 -mfloat-abi=hard"),
+        ("mbed Nano 33 BLE, Nicla Sense", "cortex-m4", "-mfloat-abi=softfp -mfpu=fpv4-sp-d16"),
+        ("mbed Portenta, Giga, Opta", "cortex-m7", "-mfloat-abi=softfp -mfpu=fpv5-d16"),
+        ("mbed Portenta, second core", "cortex-m4", "-mfloat-abi=softfp -mfpu=fpv4-sp-d16"),
+        ("mbed Nano RP2040", "cortex-m0plus", ""),
+        ("Renesas Uno R4", "cortex-m4", "-mfloat-abi=hard -mfpu=fpv4-sp-d16"),
+        ("SAMD21", "cortex-m0plus", ""),
+        ("SAMD51", "cortex-m4", "-mfloat-abi=hard -mfpu=fpv4-sp-d16"),
+        ("Teensy LC", "mkl26z64", ""),
+        ("Teensy 3.2", "mk20dx256", ""),
+        ("Teensy 3.5", "mk64fx512", "-mfloat-abi=hard -mfpu=fpv4-sp-d16"),
+        ("Teensy 3.6", "mk66fx1m0", "-mfloat-abi=hard -mfpu=fpv4-sp-d16"),
+        ("Teensy 4", "imxrt1062", "-mfloat-abi=hard -mfpu=fpv5-d16"),
+        ("arduino-pico RP2040", "cortex-m0plus", ""),
+        ("arduino-pico RP2350", "cortex-m33", "-march=armv8-m.main+fp+dsp -mfloat-abi=softfp"),
+        ("arduino-pico RP2350, RISC-V", "rv32imac", "-march=rv32imac_zicsr -mabi=ilp32"),
+        ("ESP32-C2", "esp32c2", ""),
+        ("ESP32-C3", "esp32c3", ""),
+        ("ESP32-C5", "esp32c5", ""),
+        ("ESP32-C6", "esp32c6", ""),
+        ("ESP32-C61", "esp32c61", ""),
+        ("ESP32-H2", "esp32h2", ""),
+        ("ESP32-P4", "esp32p4", ""),
+        ("PlatformIO, an M4 by its CPU", "cortex-m4", "-mfloat-abi=hard -mfpu=fpv4-sp-d16"),
+        ("PlatformIO, an H7 by its CPU", "cortex-m7", "-mfpu=fpv5-d16 -mfloat-abi=hard"),
+        ("PlatformIO, a U5 by its CPU", "cortex-m33", "-mfpu=fpv5-sp-d16 -mfloat-abi=hard"),
+        ("PlatformIO, a Pico by its CPU", "cortex-m0plus", ""),
+    ];
+
+    /// Folder in which the Arduino CLI looks for a library: `findExpectedPrecompiledLibFolder` of its `builder`.
+    fn folder(mcu: &str, options: &str) -> String {
+        let value = |option: &str| {
+            options.split(' ').find_map(|word| word.strip_prefix(option)).unwrap_or_default()
+        };
+        match (value("-mfpu="), value("-mfloat-abi=")) {
+            ("", "") => mcu.to_owned(),
+            ("", abi) => format!("{mcu}/{abi}"),
+            (fpu, abi) => format!("{mcu}/{fpu}-{abi}"),
+        }
+    }
+
+    #[test]
+    fn each_board_of_the_table_has_a_library() {
+        let folders: Vec<&str> =
+            LIBRARIES.iter().flat_map(|library| library.folders).copied().collect();
+        for (board, mcu, options) in BOARDS {
+            let wanted = folder(mcu, options);
+            assert!(folders.contains(&wanted.as_str()), "{board}: there is no src/{wanted}");
+        }
+    }
 
     #[test]
     fn links_that_leave_the_archive_become_text() {
