@@ -11,7 +11,7 @@ use crate::roll::Roll;
 use crate::sample::{
     AngularRate, ImuSample, LinearAcceleration, SpecificForce, Timestamp, Validity,
 };
-use crate::stream::{Gravity, Stream};
+use crate::stream::{Gravity, Stream, period_s};
 use crate::vector::Vec3;
 use crate::velocity::{VelocityCoefficients, VelocitySigma};
 
@@ -121,7 +121,7 @@ impl Pipeline {
         if let (Gravity::Included, Motion::Known(acceleration, _)) = (self.gravity, reading.motion)
             && !reading.flags.are_doubt()
         {
-            let seconds = self.period_us as f32 * 1.0e-6;
+            let seconds = period_s(self.period_us);
             self.force_offset.learn(acceleration.0, seconds, stable);
         }
     }

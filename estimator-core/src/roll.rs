@@ -15,6 +15,7 @@
 
 use crate::constants::Constants;
 use crate::math::{Order, exp};
+use crate::stream::period_s;
 use crate::velocity::VelocityParams;
 
 /// Time constant τ of the mean rate, s: that of the means of the self-calibrating estimate.
@@ -57,7 +58,7 @@ impl Roll {
     /// A foot that stands, with samples each `period_us` µs. Levers outside the range of the parameters give some
     /// limit.
     pub(crate) fn new(period_us: u64, velocity: &VelocityParams) -> Self {
-        let period = period_us as f32 * 1.0e-6;
+        let period = period_s(period_us);
         Self {
             newest: 1.0 - exp(-period / WINDOW),
             lesson: (period / MEMORY).lesser(1.0),
