@@ -232,7 +232,7 @@ fn wrong_option_error_suggests_what_to_write() {
         --window=50 => write a duration such as 50ms or a count such as 50samples
         --sample-rate=-5 => write a number of Hz above 0
         --units=mph => "mph" is not a unit: write m/s2 or g, and rad/s or dps
-        --time-unit=min => possible values: s, ms, us, ns
+        --time-unit=min => possible values: s, ms, 100us, us, ns
         --map=ax => write OURS=THEIRS
         "#,
     ) {

@@ -37,10 +37,13 @@ fn finding_has_a_line_and_a_name() {
             "the acceleration is 1.00 m/s² at rest, which looks like g: --units g",
         ),
         (
-            resting(0.001, |t| format!("{t:.4},0,0,9.81,{},0,0", 300.0 * (30.0 * t).sin())),
+            resting(0.001, |t| {
+                let rate = if t < 0.3 { 0.1 } else { 900.0 };
+                format!("{t:.4},0,0,9.81,{},0,0", rate * (30.0 * t).sin())
+            }),
             "",
             "rate_in_degrees",
-            "the angular rate exceeds 300 rad/s in every hundredth sample, which looks like °/s: \
+            "the angular rate exceeds 900 rad/s in every hundredth sample, which looks like °/s: \
              --units dps",
         ),
         (

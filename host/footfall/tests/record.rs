@@ -378,8 +378,8 @@ fn axes(table: &str) -> Vec<String> {
 fn recorded_samples_are_recorded_as_they_were() {
     let row = |k: u32| {
         let t = f64::from(k) * 0.005;
-        let part = (k % 32) as f32 / 16.0;
-        format!("{t:.3},{part},-0.25,9.75,0.5,{part},-0.125\n")
+        let [part, other] = [(k % 32) as f32 / 16.0, (k % 7) as f32 / 32.0];
+        format!("{t:.3},{part},{other},9.75,{other},{part},-{other}\n")
     };
     let rows: String = (0..600).map(row).collect();
     let original = format!("t,{AXES}\n{rows}");
