@@ -659,8 +659,7 @@ fn platformio_links_the_library_of_the_board() {
     let mut python = Command::new("python3");
     let printed = run(python.args(["-c", PLATFORMIO]).arg(ARCHIVE.as_path())).stdout;
     let printed = String::from_utf8(printed).expect("text");
-    let expected =
-        "cortex-m4/fpv4-sp-d16-hard\nesp32c3\ncortex-m0plus\ncortex-m33/softfp\n\
+    let expected = "cortex-m4/fpv4-sp-d16-hard\nesp32c3\ncortex-m0plus\ncortex-m33/softfp\n\
          cortex-m7/fpv4-sp-d16-hard\ncortex-m33/fpv4-sp-d16-hard\nimxrt1062/fpv5-d16-hard\nx86_64\nfootfall\n";
     assert_eq!(printed, expected);
 }

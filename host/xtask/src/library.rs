@@ -87,9 +87,7 @@ const LIBRARIES: [Library<'_>; 17] = [
     ),
     library(
         "riscv32imc-unknown-none-elf",
-        &[
-            "riscv32", "rv32imac", "esp32c2", "esp32c3", "esp32c5", "esp32c6", "esp32c61", "esp32h2",
-        ],
+        &["riscv32", "rv32imac", "esp32c2", "esp32c3", "esp32c5", "esp32c6", "esp32c61", "esp32h2"],
     ),
     library("riscv32imafc-unknown-none-elf", &["riscv32/ilp32f", "esp32p4"]),
     library("x86_64-unknown-linux-gnu", &["x86_64"]),
