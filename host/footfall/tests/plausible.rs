@@ -43,7 +43,7 @@ fn finding_has_a_line_and_a_name() {
             }),
             "",
             "rate_in_degrees",
-            "the angular rate exceeds 900 rad/s in every hundredth sample, which looks like °/s: \
+            "the angular rate exceeds 899 rad/s in every hundredth sample, which looks like °/s: \
              --units dps",
         ),
         (

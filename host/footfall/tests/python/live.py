@@ -405,8 +405,8 @@ def check_merge(footfall, samples, *arguments):
     publisher.join()
     time.sleep(0.5)
     received = taken(reader, LowState)
-    ended(program)
-    assert len(received) > 200, len(received)
+    said = ended(program)
+    assert len(received) > 200, (len(received), said)
     ticks = [state.tick for state in received]
     assert ticks == sorted(set(ticks)), "each state once"
     for state in received:
