@@ -36,9 +36,23 @@ fn words(name: &str) -> Vec<String> {
     words.filter(|word| !word.is_empty()).map(str::to_lowercase).collect()
 }
 
+/// Numbers of the forces of a Unitree's feet, by the place of the leg in them: front right, front left, rear right, rear left.
+const UNITREE: ([&str; 2], [&str; 4]) = (["foot_force", "footforce"], ["fr", "fl", "rr", "rl"]);
+
+/// Short name of the leg of a force in the state of a Unitree, such as `/lowstate:foot_force[1]`.
+fn leg_of_unitree(name: &str) -> Option<&'static str> {
+    let (fields, legs) = UNITREE;
+    let lower = name.to_lowercase();
+    let (before, place) = lower.strip_suffix(']')?.rsplit_once('[')?;
+    let is_force = fields.iter().any(|field| {
+        before.strip_suffix(field).is_some_and(|rest| rest.ends_with(['.', ':']) || rest.is_empty())
+    });
+    is_force.then(|| legs.get(place.parse::<usize>().ok()?).copied())?
+}
+
 /// Leg in a name.
 fn leg(name: &str) -> Option<Leg> {
-    let words = words(name);
+    let words = words(leg_of_unitree(name).unwrap_or(name));
     let short = SHORT.iter().find(|(short, ..)| words.iter().any(|word| word == short));
     if let Some((_, is_left, is_front)) = short {
         return Some(Leg { is_left: *is_left, is_front: Some(*is_front) });
@@ -136,10 +150,13 @@ mod tests {
 
     #[test]
     fn names_that_do_not_pair_are_refused() {
-        assert_eq!(
-            paired(&["/lowstate:foot_force[0]", "/lowstate:foot_force[1]"], &["fl", "fr"]),
-            None
-        );
+        assert_eq!(paired(&["/lowstate:force[0]", "/lowstate:force[1]"], &["fl", "fr"]), None);
+        // Its place in the state of a Unitree is the name of a leg.
+        let forces = [0, 1, 2, 3].map(|place| format!("/lowstate:foot_force[{place}]"));
+        let forces = forces.each_ref().map(String::as_str);
+        assert_eq!(paired(&forces, &["fl", "fr", "rl", "rr"]), Some(vec![1, 0, 3, 2]));
+        assert_eq!(paired(&forces, &["fr", "fl", "rr", "lr"]), None);
+        assert!(names_another_leg("/low_state:footForce[0]", "/imu/fl"));
         assert_eq!(paired(&["/force/lf", "/force/lf2"], &["lf", "lh"]), None);
         assert_eq!(paired(&["/force/lf", "/force/rf"], &["lf", "lh"]), None);
     }
