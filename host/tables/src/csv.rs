@@ -394,15 +394,16 @@ impl<'a> Intake<'a> {
             .rows
             .finish(place, about, self.input_options)
             .map_err(|error| error.with_time_column(time_by_another_name(&self.layout.header)))?;
-        let known_unit = self.input_options.table.time_unit.or(self.layout.time_unit);
+        let table = &self.input_options.table;
         let rate = stored.about.sample_rate;
-        match (self.time, known_unit) {
-            (Some(time), None) => check_guess(place, time.unit, rate)?,
-            (Some(time), Some(unit)) => {
-                let name = self.layout.header.cells().nth(time.index).unwrap_or_default();
+        match (self.time, table.time_unit, self.layout.time_unit) {
+            (Some(_), Some(unit), _) => {
+                let mut mapped = table.mapping.columns();
+                let name = mapped.find(|(ours, _)| *ours == "t").map_or("t", |(_, theirs)| theirs);
                 stored.about.notices.extend(check_unit(place, name, unit, rate)?);
             }
-            (None, _) => {}
+            (Some(time), None, None) => check_guess(place, time.unit, rate)?,
+            _ => {}
         }
         Ok(stored)
     }
@@ -698,7 +699,7 @@ const LOWEST_RATE: f64 = SAMPLE_RATE.least as f64;
 const XSENS: (&str, [TimeUnit; 2]) =
     ("SampleTimeFine", [TimeUnit::HundredMicroseconds, TimeUnit::Microseconds]);
 
-/// Checks a unit that was given, or named by the column of this name, by the rate in it, Hz. Returns a notice if ticks of
+/// Checks a unit that was given for the column of this name by the rate in it, Hz. Returns a notice if ticks of
 /// 10 kHz may be meant, whose rate in ms is a tenth of the true one.
 ///
 /// # Errors
