@@ -219,7 +219,7 @@ fn readings_in_g_or_mg_or_of_a_wrong_scale_are_an_error() {
         let mut force = 0.0;
         // SAFETY: An estimator, and a number.
         assert_eq!(unsafe { footfall_estimator_force_at_rest(this, &raw mut force) }, 0);
-        // Vibration of a thousand m/s² in mg is no rest.
+        // In mg, the noise is a motion of a thousand m/s².
         assert!((force / gravity - 1.0).abs() < 1.0e-3 || gravity > 100.0, "{force}");
         let moving = CSample {
             timestamp_us: 3_000_000,
