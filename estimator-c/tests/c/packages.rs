@@ -13,10 +13,10 @@ static HOST: LazyLock<PathBuf> = LazyLock::new(|| {
     let told = run(Command::new("rustc").arg("-vV"));
     let told = String::from_utf8(told.stdout).expect("text");
     let host = told.lines().find_map(|line| line.strip_prefix("host: ")).expect("the host");
-    let root = folder().join("..");
-    let arguments = ["xtask", "library", "--target", host];
-    run(Command::new(env!("CARGO")).current_dir(&root).args(arguments));
-    root.join("dist").join(format!("footfall_estimator-{host}"))
+    let dist = folder().join("../dist");
+    fs::create_dir_all(&dist).expect("a folder");
+    // Not by `cargo xtask`, which would compile the dependencies of that package once more, with its features alone.
+    xtask::library::run_for(host, &dist).expect("it builds")
 });
 
 /// A project in `CMake` that lies in a temporary folder.

@@ -15,7 +15,7 @@ pub mod motion;
 pub mod parity;
 pub mod report;
 pub mod scenario;
-#[cfg(unix)]
+#[cfg(all(unix, feature = "serve"))]
 pub mod serve;
 pub mod spread;
 pub mod traffic;
