@@ -12,8 +12,8 @@ use anyhow::{Context, Result, bail};
 use results::{Measurement, rounded};
 use xtask::command::{Step, cpu_s_of_children, remove_folder, root};
 
-/// The README's first command, built but not run.
-const FIRST_COMMAND: &str = "cargo build --release";
+/// The README's first command, built but not run: `cargo run` builds this program alone.
+const FIRST_COMMAND: &str = "cargo build --release --bin footfall";
 
 /// Measures the last commit, and the tests and the first command of another commit.
 ///
