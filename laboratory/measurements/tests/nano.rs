@@ -388,6 +388,33 @@ fn nanos_with_equal_first_halves_of_their_ids_are_two_feet() {
     assert_eq!((&*first, &*second), ("9D60180102031631", "9D60180102031630"));
 }
 
+#[test]
+#[ignore = "full: an emulator of the chip"]
+fn nano_diagnoses_its_clock_its_flash_and_its_sensor() {
+    let folder = TempDir::new().expect("a folder");
+    // Reset, clock, both halves of the identifier, fast bus, its errors, WHO_AM_I.
+    let parts = [1, 2, 6, 9, 12, 16, 17];
+    let requests: Vec<String> = parts
+        .into_iter()
+        .zip(0..)
+        .map(|(subindex, number)| read_at(2_500 + 50 * number, index::DIAGNOSIS, subindex))
+        .collect();
+    let mut options = vec!["--motion", "stand", "--flash-chip", "is25lp128f"];
+    options.extend(["--unique-id", "9d601801020304050000000000001234"]);
+    options.extend(requests.iter().flat_map(|request| ["--send-at-ms", request]));
+    let expected = [
+        Value::U8(1),
+        Value::U32(133_000),
+        Value::U32(0x9D60_1801),
+        Value::U32(0x1234),
+        Value::U16(400),
+        Value::U16(0),
+        Value::U8(0x6C),
+    ];
+    let answers = board(&folder, 4, &options).answers();
+    assert_eq!(answers, expected.map(|value| Answer::Value(value.into())));
+}
+
 /// The ROM starts a copied program by the watchdog, and leaves the mask of the light of its loader.
 #[test]
 #[ignore = "full: an emulator of the chip"]
