@@ -436,7 +436,7 @@ impl BriefRest {
         let rate_change = self.rate.push(constants, rate, seconds, share);
         let is_within = |value: Vec3, limit: f32| value.dot(value) < limit * limit;
         let is_at_rest = !self.is_accelerated(constants)
-            && is_within(self.rate.newest, constants.rest_rate)
+            && is_within(self.rate.newest, constants.turn_noise)
             && is_within(acceleration_change, constants.rest_acceleration_change)
             && is_within(rate_change, constants.rest_rate_change);
         if is_at_rest {

@@ -315,12 +315,15 @@ impl SelfCalibrating {
             self.stood = false;
         }
         // A long stance does not teach the classes beyond its beginning: a foot that stands for a minute would forget
-        // its motion, and take its own quiet for that of all stances. There are two exceptions. After a landing more of
-        // the stance counts, so that limits of another robot are forgotten. And a foot that rests from time to time but
-        // does not land may walk so slowly that its swings pass for stances. If it only turns, it may stand.
+        // its motion, and take its own quiet for that of all stances. There are two exceptions. After a landing the
+        // stance counts for twice as long, so that limits of another robot are forgotten. And a foot that rests from time
+        // to time but does not land may walk so slowly that its swings pass for stances. If it only turns, it may stand.
         let is_swing_or_begins = !in_stance || self.phase_seconds < self.constants.stance;
         let walks_slowly = !walks && self.evidence.is_accelerated(&self.constants);
-        if is_swing_or_begins || walks_slowly || self.evidence.fell_within(self.constants.lesson) {
+        if is_swing_or_begins
+            || walks_slowly
+            || self.evidence.fell_within(2.0 * self.constants.stance)
+        {
             let stands_first = in_stance && !self.evidence.has_landed;
             let share = if stands_first { BEFORE_LANDING } else { 1.0 };
             self.classes.learn(&self.constants, logarithm, self.period * share);

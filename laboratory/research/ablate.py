@@ -83,14 +83,14 @@ PARTS = [
     Part("rest: change of the acceleration", REST,
          "            && is_within(acceleration_change, constants.rest_acceleration_change)\n", ""),
     Part("rest: change of the rate", REST, "is_within(rate_change, constants.rest_rate_change);", "rate_change.x < 1.0e9;"),
-    Part("rest: small rate", REST, "            && is_within(self.rate.newest, constants.rest_rate)\n", ""),
+    Part("rest: small rate", REST, "            && is_within(self.rate.newest, constants.turn_noise)\n", ""),
     # Learning.
     Part("learning: only with evidence", MODEL, "self.learning == Learning::Frozen || !may_learn",
          "self.learning == Learning::Frozen"),
     Part("learning: first part of a stance", MODEL, "is_swing_or_begins || walks_slowly ||",
          "is_swing_or_begins || !walks_slowly || true ||"),
     Part("learning: slow walks", MODEL, "is_swing_or_begins || walks_slowly ||", "is_swing_or_begins || false & walks_slowly ||"),
-    Part("learning: whole stance after a landing", MODEL, "|| self.evidence.fell_within(self.constants.lesson)", ""),
+    Part("learning: whole stance after a landing", MODEL, "|| self.evidence.fell_within(2.0 * self.constants.stance)", ""),
     Part("learning: doubt after a landing without a stance", MODEL, "if !self.stood {", "if false {"),
     Part("bridged gaps", MODEL, "missing > (self.window / 2).max(1)", "missing > 0"),
     # Up, gravity and bias.
