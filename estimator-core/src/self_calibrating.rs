@@ -141,7 +141,7 @@ impl SelfCalibrating {
             filled: 0,
             classes: Classes::new(&constants, &learnt),
             turns: Turns::new(),
-            slide: Slide::new(&constants, period, &learnt),
+            slide: Slide::new(&learnt),
             evidence: Evidence::new(&constants, period),
             bridged: 0.0,
             masses: [0.0; PARTS],
@@ -233,6 +233,9 @@ impl SelfCalibrating {
         let level = a - direction * upright;
         let no_slide = self.slide.push(&self.constants, self.period, level, w, moving, tilt);
         let still = self.stillness * no_slide;
+        if still > STILL {
+            self.slide.learn_apparent(&self.constants, self.period, level);
+        }
         let samples = 1.0 + core::mem::take(&mut self.bridged);
         self.evidence.push(
             &self.constants,
@@ -706,27 +709,30 @@ impl Turns {
 /// all point one way, and add up. The component across up is summed into a speed that decays:
 ///
 /// ```text
-/// v ← v·(1 − dt/τ) + clip(a)·dt
+/// v ← v·τ/(τ + dt) + clip(a − apparent)·dt
 /// S = 1 / (1 + (|v|/limit)⁴)
-/// limit² = (factor · usual · √(usual / (quiet · swing)))² + (lever · turn)² + ((noise + offset · lean) · τ)²
+/// limit² = (factor · usual · √(usual / (quiet · swing)))² + (lever · turn)² + (noise · τ)²
+/// apparent = mean over a stance of a where the foot stands, limited to offset · |lean|
 /// ```
 ///
 /// *usual* is the speed that the foot's own stances leave in the sum: 0.3 mm/s on a noise-free simulated robot, 10 to
 /// 20 mm/s on real feet, where slower slides look like stances. *swing* is the acceleration of the foot's swings, so
 /// that the result does not depend on a robot's size. *turn* is the angular rate: the IMU above the sole of a foot that
-/// rolls moves, and the foot does not slide. The last term is what a false idea of up adds to the sum: an accelerometer's
-/// unknown *offset* turns with a shank that leans by the angle *lean* within a second. A leg that hangs accelerates by g
-/// times its inclination, fourteen times as much.
+/// rolls moves, and the foot does not slide. The last term is what a false idea of up adds to the sum.
+///
+/// *apparent* is the acceleration that a standing foot seems to have: an accelerometer's unknown *offset* turns with a
+/// shank that leans by the angle *lean* within a second. It changes as slowly as the shank leans, whereas a slide begins
+/// at once. A leg that hangs accelerates by g times its inclination, fourteen times as much as an offset explains.
 ///
 /// Two slides are not detected: at a steady acceleration below limit/τ, and at a constant speed.
 #[derive(Clone, Copy, Debug)]
 struct Slide {
-    /// Share of the speed that decays with each sample, and of the newest rate in its mean.
-    share: f32,
     /// Speed along the ground, m/s, frame of the foot.
     speed: Vec3,
     /// Turn within [`Self::LEAN_TIME`], rad, frame of the foot.
     lean: Vec3,
+    /// Mean acceleration along the ground while the foot stands, m/s², frame of the foot.
+    apparent: Vec3,
     /// Mean angular rate, rad/s.
     turn: f32,
     /// Usual speed in stances, natural logarithm of m/s.
@@ -749,11 +755,11 @@ impl Slide {
     const LEAN_TIME: f32 = 1.0;
 
     /// A foot that stands.
-    fn new(constants: &Constants, period: f32, learnt: &Learnt) -> Self {
+    const fn new(learnt: &Learnt) -> Self {
         Self {
-            share: 1.0 - exp(-period / constants.window),
             speed: Vec3::ZERO,
             lean: Vec3::ZERO,
+            apparent: Vec3::ZERO,
             turn: 0.0,
             usual: learnt.speed,
             observed: learnt.still_seconds,
@@ -772,18 +778,26 @@ impl Slide {
         swing: f32,
         tilt: f32,
     ) -> f32 {
-        let clipped = level.clipped(constants.slide_acceleration);
-        self.speed = self.speed * (1.0 - self.share) + clipped * period;
-        self.turn += (rate.length() - self.turn) * self.share;
+        let share = period / (constants.window + period);
         self.lean = self.lean * (1.0 - period / Self::LEAN_TIME) + rate * period;
+        let explained = if tilt > 0.0 { Self::OFFSET * self.lean.length() } else { 0.0 };
+        let level = level - self.apparent.clipped(explained);
+        self.speed =
+            self.speed * (1.0 - share) + level.clipped(constants.slide_acceleration) * period;
+        self.turn += (rate.length() - self.turn) * share;
         let louder = 0.5 * (self.usual - swing - Self::QUIET);
         let standing = constants.slide_factor * exp(self.usual + louder);
         let rolling = constants.slide_lever * self.turn;
-        let unknown = if tilt > 0.0 { Self::OFFSET * self.lean.length() } else { 0.0 };
-        let tilted = (tilt + unknown) * constants.window;
+        let tilted = tilt * constants.window;
         let limit = standing * standing + rolling * rolling + tilted * tilted;
         let ratio = self.speed.dot(self.speed) / limit;
         1.0 / (1.0 + ratio * ratio)
+    }
+
+    /// Learns the apparent acceleration from that along the ground, m/s², of a foot that stands for a `period` in s.
+    fn learn_apparent(&mut self, constants: &Constants, period: f32, level: Vec3) {
+        let share = period / (constants.stance + period);
+        self.apparent = self.apparent + (level - self.apparent) * share;
     }
 
     /// Learns the usual speed from the newest sample, for a time in s times the probability of stillness.
@@ -1219,7 +1233,7 @@ mod tests {
     fn acceleration_along_the_ground_is_a_slide_only_if_it_adds_up() {
         let no_slide = |acceleration: fn(usize) -> f32| {
             let learnt = Learnt { speed: ln(1.0e-3), ..Learnt::unobserved(&CONSTANTS) };
-            let mut slide = Slide::new(&CONSTANTS, DT, &learnt);
+            let mut slide = Slide::new(&learnt);
             let swing = ln(9.5);
             (0..100).fold(1.0, |_, ms| {
                 let level = Vec3::new(acceleration(ms), 0.0, 0.0);
@@ -1230,6 +1244,30 @@ mod tests {
         let shakes = no_slide(|ms| if ms % 2 == 0 { 0.3 } else { -0.3 });
         assert!(slides < 0.1, "{slides}");
         assert!(shakes > 0.9, "{shakes}");
+    }
+
+    #[test]
+    fn offset_of_a_leaning_shank_is_no_slide_but_a_push_is() {
+        let learnt = Learnt { speed: ln(1.0e-3), ..Learnt::unobserved(&CONSTANTS) };
+        let mut slide = Slide::new(&learnt);
+        let mut no_slide = |acceleration: f32, rate: f32| {
+            let (level, rate) = (Vec3::new(acceleration, 0.0, 0.0), Vec3::new(0.0, rate, 0.0));
+            let p = slide.push(&CONSTANTS, DT, level, rate, ln(9.5), CONSTANTS.noise);
+            if p > STILL {
+                slide.learn_apparent(&CONSTANTS, DT, level);
+            }
+            p
+        };
+        // The shank leans by 0.3 rad within 0.6 s, and then stays. The offset is 0.6 m/s².
+        let leans: Vec<f32> = (0..900_u16)
+            .map(|ms| {
+                let turned = 0.5 * DT * f32::from(ms.min(600));
+                no_slide(0.6 * turned, if ms < 600 { 0.5 } else { 0.0 })
+            })
+            .collect();
+        let pushed = (0..60).map(|_| no_slide(0.18 + 0.3, 0.0)).last().expect("a push");
+        assert!(leans.iter().all(|p| *p > 0.8), "{leans:?}");
+        assert!(pushed < 0.2, "{pushed}");
     }
 
     /// Feeds a swing of half a second with these accelerations along x, then a stance; returns whether it ended with a

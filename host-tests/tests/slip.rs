@@ -20,10 +20,8 @@ const STANCE_LATENCY: f64 = 0.060;
 const DISTANCE: f64 = 5.0e-3;
 /// Limit of the false slips per thousand good stances.
 const FALSE_PER_THOUSAND: f64 = 1.0;
-/// Limit of the share of slips that are missed: most are slower than what a false idea of up leaves. It was 0.11 until the
-/// slide test allowed for an unknown offset of the accelerometer in a shank that leans, without which a robot that stands and
-/// moves its body is not trusted.
-const MISSED: f64 = 0.17;
+/// Limit of the share of slips that are missed: most are slower than what a false idea of up leaves.
+const MISSED: f64 = 0.11;
 /// Share of the slips that may begin before the stance has been called stable.
 const LEFT_OUT: f64 = 0.005;
 /// Limit for a run, where stances last a tenth of a second and landings saturate the sensor: with it the sample after, which

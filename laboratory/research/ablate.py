@@ -72,6 +72,7 @@ PARTS = [
     Part("slide: rolling", MODEL, "+ rolling * rolling +", "+"),
     Part("slide: relative to swings", MODEL, "exp(self.usual + louder)", "exp(self.usual + 0.0 * louder)"),
     Part("slide: false idea of up", MODEL, "+ tilted * tilted;", "+ 0.0 * tilted;"),
+    Part("slide: apparent acceleration", MODEL, "level - self.apparent.clipped(explained)", "level - self.apparent.clipped(0.0)"),
     Part("slide: limited acceleration", MODEL, "level.clipped(constants.slide_acceleration)", "level.clipped(1.0e9)"),
     Part("slide: learnt speed", MODEL, "self.usual += difference *", "self.usual += 0.0 * difference *"),
     # Evidence.
