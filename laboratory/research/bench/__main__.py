@@ -14,12 +14,11 @@ from collections.abc import Sequence
 from multiprocessing import get_context
 from typing import Any
 
-from ..peers import two_states
 from ..results import Result, write
 from ..score import Answers, shares
 from . import velocity
-from .judged import METHODS, OURS, Judgement, after, figures, judge
-from .recorded import RATES, Foot, load, sets
+from .judged import METHODS, OURS, Judgement, after, figures, judge_motions
+from .recorded import RATES, sets
 from .world import HUMANOID, JUDGES, QUADRUPEDS, Robot
 
 COMMAND = "python -m research.bench"
@@ -52,22 +51,7 @@ BOUNDS = {("trots", "rmse"): 0.35, ("trots", "calibration_error"): 0.1, ("humano
 """Most that a figure of ours may be at 1 kHz. A simulation of another processor may fall in other steps, so no figure
 must be equal."""
 
-FIRST = ("trot", "walk")
-"""First motion of a quadruped and of the humanoid."""
-
 Judged = dict[str, Judgement]
-
-
-def judged(of: tuple[Robot, list[str]]) -> list[Judged]:
-    """All feet of a robot in motions, at all rates."""
-    robot, motions = of
-
-    def key(foot: Foot) -> tuple[str, float]:
-        return foot.foot, foot.recorded.recording.rate
-
-    first = [foot for foot in load(robot, FIRST[robot is HUMANOID]) if key(foot)[1] == RATES[0]]
-    states = {key(foot): two_states(foot.recorded) for foot in first}
-    return [judge(foot, states.get(key(foot))) for motion in motions for foot in load(robot, motion)]
 
 
 def select(
@@ -122,11 +106,6 @@ def of_velocity(found: Sequence[tuple[str, dict[str, Any]]]) -> Result:
     return Result("bench-velocity", what, COMMAND, rows=[{"robot": robot} | of for robot, of in found])
 
 
-def base_velocity(robot: Robot) -> tuple[str, dict[str, Any]]:
-    feet = [foot for foot in load(robot, velocity.MOTION) if foot.recorded.recording.rate == RATES[0]]
-    return robot.name, velocity.of_robot(robot, feet, QUADRUPEDS.index(robot))
-
-
 def beyond(result: Result) -> list[str]:
     """Figures beyond their bounds."""
     problems = []
@@ -158,8 +137,8 @@ def main() -> int:
     if arguments.smoke:
         chosen = [(QUADRUPEDS[0], ["trot"])]
     with get_context("spawn").Pool(arguments.processes) as pool:
-        feet = [foot for of in pool.imap(judged, chosen, chunksize=1) for foot in of]
-        velocities = [] if arguments.smoke else pool.map(base_velocity, quadrupeds, chunksize=1)
+        feet = [foot for of in pool.imap(judge_motions, chosen, chunksize=1) for foot in of]
+        velocities = [] if arguments.smoke else pool.map(velocity.of_base, quadrupeds, chunksize=1)
     result = of_bench(feet, [robot.name for robot in robots])
     if arguments.smoke:
         for row in result.rows:

@@ -15,7 +15,8 @@ from .. import peers
 from ..delays import Mask, Stances, closed, runs
 from ..score import Answers, bins
 from ..sets import Array
-from .recorded import Foot
+from .recorded import RATES, Foot, load
+from .world import HUMANOID, Robot
 
 FROM = 3.0
 """Figures are from this time on, s. A foot has learnt its first steps by then."""
@@ -40,6 +41,22 @@ class Judgement:
     decision: Mask
     slips: list[float]
     """Times of the reported slips, s."""
+
+
+FIRST = ("trot", "walk")
+"""First motion of a quadruped and of the humanoid."""
+
+
+def judge_motions(of: tuple[Robot, list[str]]) -> list[dict[str, Judgement]]:
+    """Answers of all methods on all feet of a robot in motions, at all rates."""
+    robot, motions = of
+
+    def key(foot: Foot) -> tuple[str, float]:
+        return foot.foot, foot.recorded.recording.rate
+
+    first = [foot for foot in load(robot, FIRST[robot is HUMANOID]) if key(foot)[1] == RATES[0]]
+    states = {key(foot): peers.two_states(foot.recorded) for foot in first}
+    return [judge(foot, states.get(key(foot))) for motion in motions for foot in load(robot, motion)]
 
 
 def judge(foot: Foot, states: GaussianHMM | None) -> dict[str, Judgement]:

@@ -17,9 +17,9 @@ from scipy.spatial.transform import Rotation
 
 from .. import peers
 from ..sets import Array
-from .recorded import Foot, Motions, load_base
+from .recorded import RATES, Foot, Motions, load, load_base
 from .sensor import readings
-from .world import GRAVITY, Robot
+from .world import GRAVITY, QUADRUPEDS, Robot
 
 MOTION = "a minute on firm and slippery ground"
 
@@ -44,6 +44,12 @@ START = np.repeat([2e-2, 1e-2, 1e-3, 2e-1], 3) ** 2
 
 STILL = 0.5
 """The robot stands at first, s: that gives the vertical."""
+
+
+def of_base(robot: Robot) -> tuple[str, dict[str, Any]]:
+    """Name and figures of a quadruped."""
+    feet = [foot for foot in load(robot, MOTION) if foot.recorded.recording.rate == RATES[0]]
+    return robot.name, of_robot(robot, feet, QUADRUPEDS.index(robot))
 
 
 def forms(feet: Sequence[Foot]) -> dict[str, Array]:
