@@ -19,7 +19,7 @@ from ..score import Answers, shares
 from . import velocity
 from .judged import METHODS, OURS, Judgement, after, figures, judge_motions
 from .recorded import RATES, sets
-from .world import HUMANOID, JUDGES, QUADRUPEDS, Robot
+from .world import HUMANOID, JUDGES, QUADRUPEDS
 
 COMMAND = "python -m research.bench"
 
@@ -131,11 +131,11 @@ def main() -> int:
             parser.error(f"no robot is named {name!r}: {', '.join(known)}")
     robots = [known[name] for name in names]
     chosen = [
-        (robot, [motion for of, motion in sets() if of is robot and motion != velocity.MOTION]) for robot in robots
+        (robot.name, [motion for of, motion in sets() if of is robot and motion != velocity.MOTION]) for robot in robots
     ]
     quadrupeds = [robot for robot in robots if robot is not HUMANOID]
     if arguments.smoke:
-        chosen = [(QUADRUPEDS[0], ["trot"])]
+        chosen = [(QUADRUPEDS[0].name, ["trot"])]
     with get_context("spawn").Pool(arguments.processes) as pool:
         feet = [foot for of in pool.imap(judge_motions, chosen, chunksize=1) for foot in of]
         velocities = [] if arguments.smoke else pool.map(velocity.of_base, quadrupeds, chunksize=1)

@@ -16,7 +16,7 @@ from ..delays import Mask, Stances, closed, runs
 from ..score import Answers, bins
 from ..sets import Array
 from .recorded import RATES, Foot, load
-from .world import HUMANOID, Robot
+from .world import HUMANOID, QUADRUPEDS
 
 FROM = 3.0
 """Figures are from this time on, s. A foot has learnt its first steps by then."""
@@ -47,9 +47,11 @@ FIRST = ("trot", "walk")
 """First motion of a quadruped and of the humanoid."""
 
 
-def judge_motions(of: tuple[Robot, list[str]]) -> list[dict[str, Judgement]]:
-    """Answers of all methods on all feet of a robot in motions, at all rates."""
-    robot, motions = of
+def judge_motions(of: tuple[str, list[str]]) -> list[dict[str, Judgement]]:
+    """Answers of all methods on all feet of the robot of this name in motions, at all rates."""
+    name, motions = of
+    # A robot that another process has sent would be a copy.
+    robot = next(one for one in (*QUADRUPEDS, HUMANOID) if one.name == name)
 
     def key(foot: Foot) -> tuple[str, float]:
         return foot.foot, foot.recorded.recording.rate
