@@ -25,6 +25,7 @@ const README: &str = "README.md";
 const EVALUATION: &str = "docs/reference/evaluation.md";
 const LIMITS: &str = "docs/guide/limits.md";
 const FIRST_RECORDING: &str = "docs/start/first-recording.md";
+const BENCH: &str = "docs/reference/robots-nobody-tuned-on.md";
 const BOARD: &str = "laboratory/virtual-board/README.md";
 const FAULTS: &str = "laboratory/virtual-board/faults.md";
 
@@ -48,6 +49,12 @@ const TEMPLATES: &[Template] = &[
     (EVALUATION, "attitude", "attitude", attitude),
     (EVALUATION, "attitude-peers", "attitude-peers", attitude_peers),
     (EVALUATION, "instructions", "instructions", instructions),
+    (BENCH, "robots", "bench", bench_robots),
+    (BENCH, "methods", "bench", bench_methods),
+    (BENCH, "delays", "bench", bench_delays),
+    (BENCH, "slips", "bench", bench_slips),
+    (BENCH, "reliability", "bench", bench_reliability),
+    (BENCH, "velocity", "bench-velocity", bench_velocity),
     (BOARD, "updates", "updates", updates),
     (BOARD, "updates-others", "updates-others", updates_others),
     (BOARD, "update-corners", "update-corners", update_corners),
@@ -377,6 +384,197 @@ fn delays(result: &Stored) -> Result<String> {
             delay(&row, "decision")?,
             delay(&row, "fall")?,
         ]);
+    }
+    for row in of_bench(&Stored::read("bench")?, OURS, "all")? {
+        if row.number("stances")? > 0.0 && row.number("rate_hz")? == KILOHERTZ {
+            table.row([
+                format!("bench: {}", row.text("motion")?),
+                count(&row, "rate_hz")?,
+                format!("{:.0}", 60.0 * row.number("foot_minutes")?),
+                count(&row, "stances")?,
+                count(&row, "lost")?,
+                delay(&row, "rise")?,
+                delay(&row, "decision")?,
+                delay(&row, "fall")?,
+            ]);
+        }
+    }
+    Ok(table.0)
+}
+
+/// Method of the bench's rows that are about this estimator.
+const OURS: &str = "footfall";
+
+/// Rate of the bench at which all methods are scored, Hz.
+const KILOHERTZ: f64 = 1000.0;
+
+/// Rows of the bench about a method on a robot, or on `all`.
+fn of_bench<'a>(result: &'a Stored, method: &str, robot: &str) -> Result<Vec<Figures<'a>>> {
+    let mut found = Vec::new();
+    for row in result.rows() {
+        if row.text("method")? == method && row.text("robot")? == robot {
+            found.push(row);
+        }
+    }
+    Ok(found)
+}
+
+fn bench_robots(result: &Stored) -> Result<String> {
+    let values = result.values();
+    let mut table = Table::new(&[
+        "robot",
+        "motion",
+        "RMSE",
+        "ROC-AUC",
+        "F1 of P > ½",
+        "F1 of the decision",
+        "P > ½ of the stable time",
+        "false slips",
+        "foot-minutes",
+    ]);
+    let judges = values.texts("judges")?;
+    for robot in values.texts("robots")? {
+        let name =
+            if judges.contains(&robot) { format!("{robot} (judge)") } else { robot.to_owned() };
+        for row in of_bench(result, OURS, robot)? {
+            table.row([
+                name.clone(),
+                row.text("motion")?.to_owned(),
+                fixed(&row, "rmse", 3)?,
+                fixed(&row, "roc_auc", 3)?,
+                fixed(&row, "f1", 3)?,
+                fixed(&row, "decision_f1", 3)?,
+                percent(row.optional("trusted")?),
+                count(&row, "false_slips")?,
+                fixed(&row, "foot_minutes", 1)?,
+            ]);
+        }
+    }
+    let robots = values.texts("robots")?.join(", ");
+    let fallen = values.texts("fallen")?;
+    let fallen = if fallen.is_empty() {
+        "None fell.".to_owned()
+    } else {
+        format!("These fell, and are scored until half a second before: {}.", fallen.join("; "))
+    };
+    Ok(format!("{}\n{}", filled(&format!("Measured: {robots}. {fallen}")), table.0))
+}
+
+fn bench_methods(result: &Stored) -> Result<String> {
+    let mut table = Table::new(&[
+        "motion",
+        "Hz",
+        "method",
+        "RMSE",
+        "ROC-AUC",
+        "calibration error",
+        "F1 of P > ½",
+        "F1 of the decision",
+        "stances",
+        "lost",
+    ]);
+    for row in result.rows() {
+        if row.text("robot")? == "all" {
+            table.row([
+                row.text("motion")?.to_owned(),
+                count(&row, "rate_hz")?,
+                row.text("method")?.to_owned(),
+                fixed(&row, "rmse", 3)?,
+                fixed(&row, "roc_auc", 3)?,
+                fixed(&row, "calibration_error", 3)?,
+                fixed(&row, "f1", 3)?,
+                fixed(&row, "decision_f1", 3)?,
+                count(&row, "stances")?,
+                count(&row, "lost")?,
+            ]);
+        }
+    }
+    Ok(table.0)
+}
+
+fn bench_delays(result: &Stored) -> Result<String> {
+    let mut table = Table::new(&[
+        "motion",
+        "Hz",
+        "stances",
+        "lost",
+        "decisions lost",
+        "touch-down → P > ½, ms",
+        "→ decision, ms",
+        "lift-off → P < ½, ms",
+    ]);
+    for row in of_bench(result, OURS, "all")? {
+        if row.number("stances")? > 0.0 {
+            table.row([
+                row.text("motion")?.to_owned(),
+                count(&row, "rate_hz")?,
+                count(&row, "stances")?,
+                count(&row, "lost")?,
+                count(&row, "lost_decisions")?,
+                delay(&row, "rise")?,
+                delay(&row, "decision")?,
+                delay(&row, "fall")?,
+            ]);
+        }
+    }
+    Ok(table.0)
+}
+
+fn bench_slips(result: &Stored) -> Result<String> {
+    let mut table = Table::new(&[
+        "motion",
+        "Hz",
+        "foot-minutes",
+        "slides",
+        "faster than 0.1 m/s",
+        "found by P < ½",
+        "within 20 mm",
+        "found by an event",
+        "events",
+        "false events",
+    ]);
+    for row in of_bench(result, OURS, "all")? {
+        table.row([
+            row.text("motion")?.to_owned(),
+            count(&row, "rate_hz")?,
+            fixed(&row, "foot_minutes", 1)?,
+            count(&row, "slides")?,
+            count(&row, "fast_slides")?,
+            count(&row, "fast_slides_found")?,
+            count(&row, "fast_slides_found_within_20_mm")?,
+            count(&row, "fast_slides_reported")?,
+            count(&row, "slips")?,
+            count(&row, "false_slips")?,
+        ]);
+    }
+    Ok(table.0)
+}
+
+fn bench_reliability(result: &Stored) -> Result<String> {
+    let of = result.values().figures("reliability")?;
+    let (stable, samples) = (of.numbers("stable")?, of.numbers("samples")?);
+    let mut table = Table::new(&["P", "stable", "part of all samples"]);
+    for (range, (stable, samples)) in stable.into_iter().zip(samples).enumerate() {
+        let share = samples.context("a share of all samples")?;
+        table.row([
+            format!("{:.1} to {:.1}", range as f64 / 10.0, (range + 1) as f64 / 10.0),
+            percent(stable),
+            format!("{:.1} %", 100.0 * share),
+        ]);
+    }
+    Ok(table.0)
+}
+
+fn bench_velocity(result: &Stored) -> Result<String> {
+    const WAYS: [&str; 5] = ["always", "force", "decision", "sigma_v", "truth"];
+    let mut table = Table::new(&[&["robot"], &WAYS[..]].concat());
+    for row in result.rows() {
+        let mut cells = vec![row.text("robot")?.to_owned()];
+        for way in WAYS {
+            let of = row.figures(way)?;
+            cells.push(format!("{}, {}", fixed(&of, "error_m_s", 3)?, fixed(&of, "drift_m", 2)?));
+        }
+        table.row(cells);
     }
     Ok(table.0)
 }
