@@ -17,7 +17,7 @@ from typing import Any
 from ..results import Result, write
 from ..score import Answers, shares
 from . import velocity
-from .judged import METHODS, OURS, Judgement, after, figures, judge_motions
+from .judged import METHODS, OURS, Judgement, after, figures, is_long_enough, judge_motions
 from .recorded import RATES, sets
 from .world import HUMANOID, JUDGES, QUADRUPEDS
 
@@ -57,7 +57,8 @@ Judged = dict[str, Judgement]
 def select(
     feet: Sequence[Judged], rate: float, motions: Sequence[str], robots: Sequence[str], method: str
 ) -> list[Judgement]:
-    found = [of[method] for of in feet if method in of]
+    # A robot that falls in the first seconds has no figures. The result names it.
+    found = [of[method] for of in feet if method in of and is_long_enough(of[method])]
     return [
         one
         for one in found

@@ -194,6 +194,11 @@ def after(one: Judgement) -> Answers:
     return Answers.of(one.foot.recorded.label[first:], one.p[first:], one.ranking[first:])
 
 
+def is_long_enough(one: Judgement) -> bool:
+    """Whether there are answers from `FROM` on, for at least a second."""
+    return len(one.p) >= _first(one) + one.foot.recorded.recording.rate
+
+
 def _first(one: Judgement) -> int:
     return round(FROM * one.foot.recorded.recording.rate)
 

@@ -455,7 +455,7 @@ fn bench_robots(result: &Stored) -> Result<String> {
     let fallen = if fallen.is_empty() {
         "None fell.".to_owned()
     } else {
-        format!("These fell, and are scored until half a second before: {}.", fallen.join("; "))
+        format!("These fell: {}.", fallen.join("; "))
     };
     Ok(format!("{}\n{}", filled(&format!("Measured: {robots}. {fallen}")), table.0))
 }
