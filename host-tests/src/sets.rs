@@ -97,18 +97,18 @@ impl Set {
     #[must_use]
     pub const fn rmse(self) -> f64 {
         match self {
-            Self::Ground => 0.2671,
-            Self::ThreeSteps => 0.2872,
-            Self::Slip => 0.445,
-            Self::Atlas7k => 0.278,
-            Self::Nao => 0.2481,
-            Self::Shoe => 0.2704,
-            Self::Demo => 0.2379,
-            Self::Atlas500 => 0.3578,
-            Self::Talos => 0.1815,
-            Self::RealNao => 0.2467,
-            Self::Go1 => 0.2045,
-            Self::PushedNao => 0.2639,
+            Self::Ground => 0.2681,
+            Self::ThreeSteps => 0.2875,
+            Self::Slip => 0.447,
+            Self::Atlas7k => 0.2567,
+            Self::Nao => 0.2496,
+            Self::Shoe => 0.2706,
+            Self::Demo => 0.239,
+            Self::Atlas500 => 0.3563,
+            Self::Talos => 0.1818,
+            Self::RealNao => 0.2378,
+            Self::Go1 => 0.2063,
+            Self::PushedNao => 0.2649,
         }
     }
 
