@@ -208,6 +208,10 @@ impl LiveDecoder {
             }
             let known = serial.held.take_if(&serial.rows);
             self.messages.extend(serial.released(known));
+            // Without the foot's clock, this machine's has to do.
+            let oldest = serial.held.oldest_without_clock().map_or(at, |oldest| oldest.at);
+            let logs = serial.held.take_after(at.as_micros().saturating_sub(oldest.as_micros()));
+            self.messages.extend(serial.released(logs));
         }
     }
 
@@ -525,6 +529,25 @@ mod tests {
         let messages = all(&mut decoder);
         assert_eq!(messages.len(), 101);
         assert!(messages.iter().all(|message| message.foot.node == Some(0x12)));
+    }
+
+    #[test]
+    fn foot_that_only_logs_is_heard_and_named_later() {
+        let mut decoder = LiveDecoder::default();
+        let log = Message::Log(line::LogMessage::new(3, "the sensor does not answer"));
+        let mut sent = 0;
+        while all(&mut decoder).is_empty() {
+            assert!(sent < 30, "held back for {sent} messages");
+            decoder.bytes(
+                "ttyACM0",
+                line::encode(sent, &log).as_bytes(),
+                at(u64::from(sent) * 10_000),
+            );
+            sent += 1;
+        }
+        let contact = line::encode(sent, &contact_message(5000));
+        decoder.bytes("ttyACM0", contact.as_bytes(), at(300_000));
+        assert_eq!(all(&mut decoder), [], "its contacts still wait for its name");
     }
 
     #[test]

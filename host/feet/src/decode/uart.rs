@@ -119,9 +119,15 @@ impl<T> HeldBack<T> {
         if self.is_over { self.take() } else { VecDeque::new() }
     }
 
-    /// Takes the output if the line has been silent for `silent_us`, too long to wait. Otherwise takes nothing.
-    pub(crate) fn take_after(&mut self, silent_us: u64) -> VecDeque<T> {
-        if silent_us > LONGEST_UNNAMED_US { self.take() } else { VecDeque::new() }
+    /// Returns the oldest output if the foot's clock is not known, because nothing of it has a time: a foot that has only
+    /// sent lines of its log.
+    pub(crate) fn oldest_without_clock(&self) -> Option<&T> {
+        self.held.front().filter(|_| self.first.is_none())
+    }
+
+    /// Takes the output if `waited_us` on this machine's clock is too long to wait. Otherwise takes nothing.
+    pub(crate) fn take_after(&mut self, waited_us: u64) -> VecDeque<T> {
+        if waited_us > LONGEST_UNNAMED_US { self.take() } else { VecDeque::new() }
     }
 
     /// Takes the output in any case.
