@@ -118,19 +118,16 @@ pub enum Part {
 /// Builds the files of a release, or of a part of it, in `dist`, which is emptied first.
 ///
 /// # Errors
-/// The project has no address, or no key for users, unless the files are a draft. A result was measured on another ELF, a tool cannot be installed, a build fails, or a file cannot be written.
+/// The project has no address, or no key for users, unless the files are a draft. A result was measured on another ELF, a
+/// tool cannot be installed, a build fails, or a file cannot be written.
 pub fn run(only: Option<Part>, purpose: Purpose) -> Result<()> {
-    // The program for another system has no firmware, so its job needs no key.
-    let keys = match (purpose, only) {
-        (Purpose::Draft, _) => None,
-        (Purpose::Users, Some(Part::Native | Part::Bills)) => {
-            requirements::check_address()?;
-            None
-        }
-        (Purpose::Users, Some(Part::Firmware) | None) => {
-            requirements::check_address()?;
-            Some(Keys::from_environment()?)
-        }
+    let keys = if purpose == Purpose::Users {
+        requirements::check_address()?;
+        // Only firmware is signed.
+        let has_firmware = matches!(only, Some(Part::Firmware) | None);
+        has_firmware.then(Keys::from_environment).transpose()?
+    } else {
+        None
     };
     if only.is_none() {
         // As tests build them, in the folder that digests are computed from.

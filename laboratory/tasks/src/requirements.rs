@@ -1,4 +1,4 @@
-//! What a release for users must have: an address, and a key of its own.
+//! Requirements of a release for users: an address, and a key of its own.
 
 use std::env;
 use std::fs;
@@ -18,7 +18,7 @@ const PUBLIC: &str = "FOOTFALL_KEY";
 /// Variable that names the private key of the images.
 const PRIVATE: &str = "FOOTFALL_SIGNING_KEY";
 
-/// Who gets the files of a release.
+/// Recipient of the files of a release.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// Users.
