@@ -534,7 +534,7 @@ mod tests {
     #[test]
     fn foot_that_only_logs_is_heard_and_named_later() {
         let mut decoder = LiveDecoder::default();
-        let log = Message::Log(line::LogMessage::new(3, "the sensor does not answer"));
+        let log = Message::Log(LogMessage::new(3, "the sensor does not answer"));
         let mut sent = 0;
         while all(&mut decoder).is_empty() {
             assert!(sent < 30, "held back for {sent} messages");
