@@ -175,70 +175,130 @@ fn filled(text: &str) -> String {
     lines + "\n"
 }
 
+/// A method in the README's table, and its name in each result; none if a result has no such row.
+struct InShort {
+    name: &'static str,
+    means: Option<&'static str>,
+    pools: &'static str,
+    bench: Option<&'static str>,
+}
+
+const IN_SHORT: &[InShort] = &[
+    InShort {
+        name: "footfall, default preset",
+        means: Some("footfall, default preset"),
+        pools: "default",
+        bench: Some(OURS),
+    },
+    InShort {
+        name: "footfall, paper preset",
+        means: Some("footfall, paper preset"),
+        pools: "paper",
+        bench: None,
+    },
+    InShort {
+        name: "SHOE / GLRT, as published",
+        means: Some("SHOE / GLRT, as published"),
+        pools: "SHOE",
+        bench: Some("SHOE, as published"),
+    },
+    InShort {
+        name: "hidden Markov model of the amplitude",
+        means: Some("hidden Markov model of the amplitude"),
+        pools: "hidden Markov model",
+        bench: Some("hidden Markov model"),
+    },
+    InShort {
+        name: "force Schmitt trigger 10/5 %",
+        means: None,
+        pools: "force trigger",
+        bench: Some("force threshold"),
+    },
+];
+
+/// Errors and delays of the methods, on recordings and on the bench.
 fn methods_in_short(result: &Stored) -> Result<String> {
     let mut table = Table::new(&[
         "method",
         "RMSE",
         "ROC-AUC",
-        "calibration error",
         "false stable",
         "real robots",
         "ATLAS",
         "LCD",
+        "bench",
+        "delay, real robots",
+        "delay, bench",
     ]);
-    let rows = result.rows();
-    let pools = Stored::read("rmse-by-set")?;
-    let pooled = |set: &str, column: &str| -> Result<String> {
-        let rows = pools.rows();
-        let row = rows.iter().find(|row| row.text("set").is_ok_and(|name| name == set));
-        fixed(&row.with_context(|| format!("no set {set}"))?.figures("rmse")?, column, 3)
+    let none = || "–".to_owned();
+    let (pools, without, of_delays, bench) = (
+        Stored::read("rmse-by-set")?,
+        Stored::read("without-robot")?,
+        Stored::read("delays")?,
+        Stored::read("bench")?,
+    );
+    let pooled = |set, column| -> Result<String> {
+        fixed(&named(&pools, "set", set)?.figures("rmse")?, column, 3)
     };
-    for (method, column) in [
-        ("footfall, default preset", "default"),
-        ("footfall, paper preset", "paper"),
-        ("SHOE / GLRT, as published", "SHOE"),
-        ("hidden Markov model of the amplitude", "hidden Markov model"),
-    ] {
-        let row = rows.iter().find(|row| row.text("method").is_ok_and(|name| name == method));
-        let row = row.with_context(|| format!("no figures of {method}"))?;
-        table.row([
-            method.to_owned(),
-            fixed(row, "rmse", 3)?,
-            fixed(row, "roc_auc", 3)?,
-            fixed(row, "calibration_error", 3)?,
-            fixed(row, "false_stable", 3)?,
-            fixed(row, "robots_rmse", 3)?,
-            pooled("ATLAS pooled", column)?,
-            pooled("LCD pooled", column)?,
-        ]);
-        if column == "default" {
-            let without = Stored::read("without-robot")?;
+    let ms = |row: &Figures| -> Result<String> { Ok(count(row, "decision_ms")? + " ms") };
+    for &InShort { name, means, pools, bench: on_bench } in IN_SHORT {
+        let mut cells = vec![name.to_owned()];
+        if let Some(means) = means {
+            let row = named(result, "method", means)?;
+            for key in ["rmse", "roc_auc", "false_stable", "robots_rmse"] {
+                cells.push(fixed(&row, key, 3)?);
+            }
+        } else {
+            // Only ATLAS, LCD and the bench have a force.
+            cells.extend([none(), none(), none(), none()]);
+        }
+        cells.extend([pooled("ATLAS pooled", pools)?, pooled("LCD pooled", pools)?]);
+        let ours = on_bench == Some(OURS);
+        let (error, late) = match on_bench {
+            Some(method) => {
+                let rows = of_bench(&bench, method, "all")?;
+                let trots = rows.iter().find(|row| {
+                    row.text("motion").is_ok_and(|motion| motion == "trots")
+                        && row.number("rate_hz").is_ok_and(|rate_hz| rate_hz == KILOHERTZ)
+                });
+                (mean_on_bench(&rows)?, ms(trots.context("no trots on the bench")?)?)
+            }
+            None => (none(), none()),
+        };
+        let real = if ours { ms(&named(&of_delays, "set", "real robots")?)? } else { none() };
+        cells.extend([error, real, late]);
+        table.row(cells);
+        if ours {
             let of = without.values();
-            table.row([
-                "the same, constants chosen without the robot".to_owned(),
-                fixed(&of, "rmse", 3)?,
-                fixed(&of, "roc_auc", 3)?,
-                fixed(&of, "calibration_error", 3)?,
-                fixed(&of, "false_stable", 3)?,
-                fixed(&of, "robots_rmse", 3)?,
-                fixed(&of, "atlas_rmse", 3)?,
-                fixed(&of, "lcd_rmse", 3)?,
-            ]);
+            let mut cells = vec!["the same, constants chosen without the robot".to_owned()];
+            for key in ["rmse", "roc_auc", "false_stable", "robots_rmse", "atlas_rmse", "lcd_rmse"]
+            {
+                cells.push(fixed(&of, key, 3)?);
+            }
+            cells.extend([none(), none(), none()]);
+            table.row(cells);
         }
     }
-    // Only ATLAS and LCD have a force.
-    let none = || "–".to_owned();
-    table.row([
-        "force Schmitt trigger 10/5 %".to_owned(),
-        none(),
-        none(),
-        none(),
-        none(),
-        none(),
-        pooled("ATLAS pooled", "force trigger")?,
-        pooled("LCD pooled", "force trigger")?,
-    ]);
     Ok(table.0)
+}
+
+/// The row of a result whose text under `key` is `name`.
+fn named<'a>(result: &'a Stored, key: &str, name: &str) -> Result<Figures<'a>> {
+    let mut rows = result.rows().into_iter();
+    let row = rows.find(|row| row.text(key).is_ok_and(|text| text == name));
+    row.with_context(|| format!("{}: no row whose {key} is {name}", result.name))
+}
+
+/// RMSE of a method on the bench at 1 kHz: the mean over all sets, of which each has the same weight.
+fn mean_on_bench(rows: &[Figures]) -> Result<String> {
+    let (mut sum, mut sets) = (0.0, 0.0);
+    for row in rows {
+        if row.number("rate_hz")? == KILOHERTZ {
+            sum += row.number("sets")? * row.number("rmse")?;
+            sets += row.number("sets")?;
+        }
+    }
+    Ok(format!("{:.3}", sum / sets))
 }
 
 /// A share as a percentage; a dash if there is none.
