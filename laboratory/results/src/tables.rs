@@ -30,6 +30,7 @@ const BOARD: &str = "laboratory/virtual-board/README.md";
 const FAULTS: &str = "laboratory/virtual-board/faults.md";
 
 const TEMPLATES: &[Template] = &[
+    (README, "in-short", "delays", in_short),
     (README, "meaning", "reliability", meaning),
     (README, "false-slips", "false-slips", false_slips_in_short),
     (README, "evaluate", "methods", methods_in_short),
@@ -280,6 +281,22 @@ fn methods_in_short(result: &Stored) -> Result<String> {
         }
     }
     Ok(table.0)
+}
+
+/// How good the estimator is on real robots, in two sentences.
+fn in_short(result: &Stored) -> Result<String> {
+    let of = named(result, "set", "real robots")?;
+    let methods = Stored::read("methods")?;
+    let error = fixed(&named(&methods, "method", "footfall, default preset")?, "robots_rmse", 2)?;
+    Ok(filled(&format!(
+        "**How good:** on recordings of three real robots it missed {} of {} stances, and its decision came {} ms after \
+         touch-down (median; {} ms for nine in ten). The RMSE of its probability was {error}, where always saying ½ has \
+         0.5. [See other methods and robots](#how-good-it-is).",
+        count(&of, "lost_decisions")?,
+        count(&of, "stances")?,
+        count(&of, "decision_ms")?,
+        count(&of, "decision_90_ms")?,
+    )))
 }
 
 /// The row of a result whose text under `key` is `name`.
