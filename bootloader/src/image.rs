@@ -115,7 +115,7 @@ pub struct Header {
 /// State of the sources that a program was built from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sources {
-    /// Those of the commit.
+    /// Sources of the commit.
     Committed,
     /// Changed after the commit.
     Changed,

@@ -229,7 +229,7 @@ pub enum MountingError {
     },
     /// The quaternion's length is not 1.
     Length {
-        /// Its length.
+        /// Length of the quaternion.
         length: f32,
     },
 }

@@ -63,9 +63,9 @@ pub(crate) struct Step {
 pub(crate) enum Continuity {
     /// The samples are close enough to integrate between them.
     Continuous,
-    /// They are too far apart for more than a guess of the integral.
+    /// Samples too far apart for more than a guess of the integral.
     Gap,
-    /// They are too far apart for any assumption about the motion in between.
+    /// Samples too far apart for any assumption about the motion in between.
     Interrupted,
 }
 

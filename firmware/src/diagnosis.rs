@@ -58,7 +58,7 @@ impl CodeMeter {
         self.axes.iter().fold(0, |sum, axis| sum.saturating_add(axis.squares))
     }
 
-    /// Writes noise and mean. Without two successive samples it leaves them as they are.
+    /// Writes noise and mean, or leaves them unchanged if there were no two successive samples.
     pub fn write(&self, diagnosis: &mut Diagnosis) {
         let samples = i32::from(self.samples);
         let axes = diagnosis.noise.iter_mut().zip(&mut diagnosis.mean);

@@ -188,9 +188,9 @@ pub struct Outbox {
 /// A frame for the serial line.
 #[derive(Clone, Copy, Debug)]
 pub struct UartFrame {
-    /// Its lane.
+    /// Lane of the frame.
     pub lane: Lane,
-    /// Its bytes.
+    /// Bytes of the frame.
     pub encoded: Encoded,
 }
 

@@ -97,7 +97,7 @@ pub enum Crystal {
     NotMeasured,
     /// The crystal is not used, so there is no CAN.
     Unused {
-        /// Its frequency, kHz; 0 if it does not start.
+        /// Measured frequency of the crystal, kHz; 0 if it does not start.
         khz: u32,
     },
 }

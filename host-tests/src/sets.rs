@@ -49,7 +49,7 @@ samples::named! {
 pub struct Labelled {
     /// The set.
     pub set: Set,
-    /// Its samples; those without a label are not scored.
+    /// Samples; the ones without a label are not scored.
     pub recording: Recording,
 }
 
@@ -71,7 +71,7 @@ impl Set {
     /// The sets of ATLAS at 1 kHz, on which the paper reports.
     pub const ATLAS: [Self; 3] = [Self::Ground, Self::ThreeSteps, Self::Slip];
 
-    /// Its files in the folder of datasets; empty for the demo.
+    /// Files of the set, in the folder of datasets; empty for the demo.
     const fn files(self) -> &'static [&'static str] {
         match self {
             Self::Ground => &["pce/ATLAS_01ground.csv"],
@@ -112,7 +112,7 @@ impl Set {
         }
     }
 
-    /// Its files that are absent, by their paths in the folder of datasets.
+    /// Files of the set that are absent, by their paths in the folder of datasets.
     #[must_use]
     pub fn missing_files(self) -> Vec<&'static str> {
         self.files().iter().copied().filter(|file| missing(file)).collect()

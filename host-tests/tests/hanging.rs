@@ -30,7 +30,7 @@ const LASTS: f64 = 120.0;
 /// up to 3.5 s.
 const CALLED_STABLE: f64 = 0.03;
 
-/// The same for a foot that is carried by hand: its lulls look like landings.
+/// Largest share for a foot that is carried by hand. It is higher because lulls of the hand look like landings.
 const CARRIED: f64 = 0.27;
 
 /// Height and duration of the gentle lift that precedes a motion after a walk, m and s: 0.9 m/s² at most.

@@ -48,8 +48,9 @@ LEVERS = (0.05, 0.1, 0.15, 0.2)
 """Candidates for the constants of `sigma_v`, m/s and m."""
 
 NIS = (0.2, 4.0)
-"""Range of the mean NIS for chosen constants. It is 3 if σ is right: above, the filter trusts the foot too much; errors
-that last for a stance, as those of a rolling foot, lower it, and so do samples of swings, whose σ says nothing."""
+"""Range of the mean NIS for chosen constants. A mean of 3 says that σ is right, and a higher one that the filter trusts
+the foot too much. Errors that last for a whole stance, as of a rolling foot, lower the mean, and so do the samples of
+swings, whose σ is huge."""
 
 
 @dataclass(frozen=True)

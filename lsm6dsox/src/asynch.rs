@@ -42,7 +42,7 @@ pub struct Lsm6dsox<BUS> {
 /// State of the part's registers, as far as the driver knows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Registers {
-    /// They held the driver's configuration when they were last read.
+    /// The registers held the driver's configuration when they were last read.
     Configured,
     /// Unknown, from before the first write that changes the configuration until all of it has been read back.
     Unknown,

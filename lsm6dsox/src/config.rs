@@ -243,7 +243,7 @@ impl Config {
     /// Number of registers in a configuration.
     pub const WRITES: usize = 23;
 
-    /// The same settings for a part on I²C, which keeps that interface, or on SPI, which switches it off.
+    /// Adapts the settings to the bus: a part on I²C keeps this interface, and a part on SPI switches it off.
     pub(crate) const fn on_bus(mut self, is_i2c: bool) -> Self {
         if is_i2c {
             let [_, _, third, ..] = &mut self.writes;

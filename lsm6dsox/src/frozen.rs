@@ -327,7 +327,7 @@ mod tests {
         quiet_from(1, sigma, samples)
     }
 
-    /// The same from another seed.
+    /// Samples as from `quiet`, with noise from this seed.
     fn quiet_from(seed: u64, sigma: f64, samples: usize) -> impl Iterator<Item = RawSample> {
         let mut state = seed;
         // The sum of twelve numbers is nearly normal.

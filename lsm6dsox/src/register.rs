@@ -197,9 +197,9 @@ registers! {
     /// Offset of the specific force along x, added to the output of the low-pass filter if
     /// `USR_OFF_ON_OUT` is set.
     X_OFS_USR x_ofs_usr 0x73 ReadWrite 0x00 { OFS 0..=7 }
-    /// The same along y.
+    /// Offset of the specific force along y.
     Y_OFS_USR y_ofs_usr 0x74 ReadWrite 0x00 { OFS 0..=7 }
-    /// The same along z.
+    /// Offset of the specific force along z.
     Z_OFS_USR z_ofs_usr 0x75 ReadWrite 0x00 { OFS 0..=7 }
 }
 

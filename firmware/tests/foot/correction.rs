@@ -26,7 +26,7 @@ const SCALE: [f64; 3] = [1.01, 0.992, 1.006];
 /// Method whose acceleration keeps the residual of gravity.
 const METHOD: &str = "method = 'half_widths'";
 
-/// The same method with the correction.
+/// [`METHOD`] with the correction.
 const ROBOT: &str = "method = 'half_widths'
 [accelerometer]
 bias_m_s2 = { ax = 0.19, ay = -0.12, az = 0.15 }

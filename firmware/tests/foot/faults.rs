@@ -66,7 +66,7 @@ fn watch(fault: PartFault, begin: u64, count_edges: bool) -> Seen {
     watch_moving(fault, Stimulus::REST, begin, Run { count_edges, ..Run::default() })
 }
 
-/// The same with a foot that moves by `moves` during the fault, on a board with these options.
+/// Observes a foot that moves by `moves` during a fault from `begin` on, on a board with these options.
 fn watch_moving(fault: PartFault, moves: Stimulus, begin: u64, board: Run<'_>) -> Seen {
     let end = begin + DURATION;
     let moving = begin as f64 / 1.0e9..end as f64 / 1.0e9;
@@ -270,7 +270,7 @@ fn samples_are_read_by_the_timer_where_no_edge_comes() {
             matches!(cleared[..], [time] if (998 * MS..1_010 * MS).contains(&(time - back))),
             "{faults:?}"
         );
-        // The newest sample is at most a period of the edges old when the wait for one ends.
+        // When a wait for an edge ends, the newest sample is at most one period old.
         assert!(ages.len() > 1_000, "{}", ages.len());
         assert!(ages.iter().all(|age| (0..=200).contains(age)), "{ages:?}");
     }

@@ -52,7 +52,7 @@ def is_number(found, text):
 
 
 def sample_of(message, by_us):
-    """Stamp of the sample of a message: those of the bag have ns, those of ours µs."""
+    """Stamp of the sample of a message. Stamps of the bag are in ns, whereas our messages round them to µs."""
     own_us = stamp_ns(message) // 1000
     stamps = [stamp for us in (own_us - 1, own_us) for stamp in by_us.get(us, [])]
     [stamp] = [stamp for stamp in stamps if abs(stamp - stamp_ns(message)) <= 500]
@@ -60,7 +60,7 @@ def sample_of(message, by_us):
 
 
 def compare_events(foot, found, rows, samples, by_us):
-    """Each event of the table is written when the sample of its time was."""
+    """Checks that each event of the table is written together with the sample of its time."""
     assert len(found) == len(rows), (foot, len(found), len(rows))
     for (message, log_ns), row in zip(found, sorted(rows, key=lambda row: float(row["t"]))):
         assert abs(log_ns - samples[sample_of(message, by_us)]) <= 1000, (foot, row)

@@ -62,9 +62,9 @@ impl Deref for Channels {
 /// Definition of a type.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Schema {
-    /// Its language, such as `ros2msg`.
+    /// Language of the definition, such as `ros2msg`.
     pub encoding: String,
-    /// Its text.
+    /// Text of the definition.
     pub text: Vec<u8>,
 }
 

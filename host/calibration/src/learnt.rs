@@ -37,7 +37,7 @@ pub struct LearntCalibration {
 /// A recording that was learnt from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LearntFrom {
-    /// Its name.
+    /// Name of the recording.
     pub recording: String,
     /// From its first sample to its last, s.
     pub duration_s: f64,

@@ -60,13 +60,13 @@ const LENGTHS: RangeInclusive<f64> = 0.005..=0.5;
 pub struct Lever {
     /// From the point about which the foot turns to the IMU, m, in the axes of the foot.
     pub vector_m: [f64; 3],
-    /// Its length, m.
+    /// Length of the lever, m.
     pub lever_m: f32,
     /// Stances, and parts of long ones, that it follows from.
     pub stances: usize,
     /// RMS acceleration in these stances that gravity and a constant error leave, m/s².
     pub residual_before: f64,
-    /// The same after the turn about the point, m/s².
+    /// RMS acceleration that remains when the turn about the point is subtracted as well, m/s².
     pub residual_after: f64,
 }
 

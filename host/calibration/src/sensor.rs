@@ -125,7 +125,7 @@ pub struct SensorCalibration {
     pub gyroscope_bias: [f64; 3],
     /// RMS deviation of the rests from gravity, as they were read, m/s².
     pub residual_before: f64,
-    /// The same after the correction of bias and scale, m/s².
+    /// RMS deviation after the correction of bias and scale, m/s².
     pub residual_after: f64,
 }
 

@@ -61,7 +61,7 @@ pub enum Reason {
     },
     /// The window has too few or too many samples.
     WindowLength {
-        /// Its samples at the sample rate.
+        /// Samples in the window at the sample rate.
         samples: u32,
         /// Most samples of a window.
         capacity: usize,

@@ -14,7 +14,7 @@ pub struct FootClock {
     least: Option<LeastDelay>,
     /// Last time on the foot's clock, µs; `None` if it was not known.
     made_us: Option<u64>,
-    /// The same on the receiver's clock, µs.
+    /// Last time on the receiver's clock, µs.
     time_us: Option<u64>,
 }
 

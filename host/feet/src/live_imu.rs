@@ -40,9 +40,9 @@ const CHECK_LASTS_S: u64 = 600;
 /// Sample as it arrives.
 #[derive(Clone, Copy, Debug)]
 pub struct LiveSample {
-    /// Its time on the clock of its source, µs; `None` if the source gives none.
+    /// Time of the sample on the clock of its source, µs; `None` if the source gives none.
     pub stamp_us: Option<i64>,
-    /// The same time less that in µs, ns.
+    /// Part of the time that is lost by rounding to µs, ns.
     pub stamp_rest_ns: i16,
     /// Time of reception.
     pub received: Timestamp,

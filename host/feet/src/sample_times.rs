@@ -66,9 +66,9 @@ struct Judged {
 /// Place of a sample in time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Placed {
-    /// Its time, µs, and the number of samples that are missing before it.
+    /// Time of the sample, µs, and the number of samples that are missing before it.
     At { time_us: i64, missing: u32 },
-    /// It is not newer than the sample before it, and is left out.
+    /// The sample is not newer than the one before it, and is left out.
     OutOfOrder,
     /// The clock of the stamps was set back.
     SetBack,

@@ -26,14 +26,14 @@ pub const DEFAULT_KBIT: u32 = 1000;
 pub enum Source {
     /// A serial port.
     Uart {
-        /// Its name.
+        /// Name of the port.
         port: String,
-        /// Its rate, Bd.
+        /// Rate of the line, Bd.
         baud: u32,
     },
     /// An interface of `SocketCAN`.
     Can {
-        /// Its name.
+        /// Name of the interface.
         interface: String,
     },
     /// An adapter that speaks slcan.
@@ -45,7 +45,7 @@ pub enum Source {
     },
     /// A file that is played.
     File {
-        /// Its name.
+        /// Path of the file.
         path: PathBuf,
         /// Playback speed; `None` for the original one.
         speed: Option<Speed>,

@@ -201,7 +201,7 @@ pub enum Error {
         /// Topic of the contacts of a foot, or of messages of all feet.
         topic: String,
     },
-    /// Messages of all feet are wanted of contacts that are copied as they are.
+    /// An option asks for messages of all feet, but the contacts of the bag are copied unchanged.
     #[error("{file} has contacts, which are copied unchanged: {option} needs --estimate-again")]
     CopiedContacts {
         /// Bag as given.

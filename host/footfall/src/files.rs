@@ -95,10 +95,10 @@ impl Drawing {
 /// Treatment of existing files that have the names of results.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Existing {
-    /// They are kept: an error, before anything is computed.
+    /// Existing files are kept. One that would be replaced is an error, before anything is computed.
     #[default]
     Kept,
-    /// They are replaced (`--overwrite`).
+    /// Existing files are replaced (`--overwrite`).
     Replaced,
 }
 

@@ -110,7 +110,7 @@ pub enum FindError {
     SameName {
         /// The name.
         name: String,
-        /// Their ports.
+        /// Ports of the feet.
         ports: Vec<UsbPort>,
     },
     /// No port has a name of this pattern.

@@ -379,9 +379,9 @@ fn rename_advice(boards: &[Board; 2], unused: &str, verb: &str) -> String {
 /// Board as messages name it.
 struct Board {
     text: String,
-    /// Its source, to which a request is sent, if it is a device.
+    /// Source of the board, to which a request is sent, if it is a device.
     source: Option<String>,
-    /// Its line in `--names`.
+    /// Line of the board in `--names`.
     line: Option<String>,
 }
 

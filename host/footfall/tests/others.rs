@@ -75,7 +75,7 @@ fn feet_of_a_bag_with_other_imus_stream_with_their_loads() {
     // One foot, whose name is a part of its topic.
     let one = rows("--topic /fl/imu --load-topic /ft/{foot}");
     assert!(one.lines().skip(1).eq(left.iter().map(String::as_str)));
-    // The same as a source.
+    // The bag as a source of a live command.
     let report = bench.stdout(&format!("record file:bag {FEET} --axes fr=-x,-y,z -o rec.mcap"));
     for foot in ["fl", "fr"] {
         assert_eq!(count(&report, &format!("/footfall/{foot}/contact")), 3000);

@@ -144,7 +144,7 @@ fn recordings_made_apart_merge_into_one_robot() {
         let recordings = json["recordings"].as_array().expect("recordings");
         assert!(recordings.len() == 4 && recordings.iter().all(|foot| foot["samples"] == 2000));
     }
-    // In either order of the recordings the messages are in order of their times.
+    // The messages are in order of their times, whichever recording is named first.
     let turned = "replay rear.mcap front.mcap --topic all --estimate-again --output turned.mcap";
     bench.stdout(turned);
     let steps_back = |name: &str| {

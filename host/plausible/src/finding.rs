@@ -65,7 +65,7 @@ pub enum Finding {
     FrozenSensor {
         /// Longest such time, s.
         longest_s: f64,
-        /// Its end, s before the end of the recording.
+        /// End of the stretch, s before the end of the recording.
         before_end_s: f64,
     },
     /// The columns of the accelerometer contain angular rates, and the columns of the gyroscope accelerations.

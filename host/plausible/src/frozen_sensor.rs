@@ -5,11 +5,11 @@ use samples::RecordedSample;
 
 use crate::finding::Finding;
 
-/// Time with the same six readings from which a sensor is frozen, s, …
+/// Time for which the six readings must stay the same before the sensor counts as frozen, s.
 const FROZEN_S: f64 = 2.0;
 
-/// The same time if the angular rate is exactly 0, s. A foot that is simulated without noise may stand for some
-/// seconds.
+/// [`FROZEN_S`] if the angular rate is exactly 0, s. It is longer because a foot that is simulated without noise may
+/// stand for some seconds.
 const FROZEN_WITHOUT_RATE_S: f64 = 10.0;
 
 /// Looks for the longest time in which all six axes stay the same.

@@ -22,7 +22,7 @@ const MIDDLE: f64 = 0.45;
 /// lie. A robot that stands before it walks has most of its loads in the middle.
 const UNLOADED: f32 = 0.3;
 
-/// The same share for a load that is negative in stances.
+/// [`UNLOADED`] for a load that is negative in stances.
 const UNLOADED_IF_NEGATIVE: f32 = 0.1;
 
 /// Proposed thresholds between both levels, as fractions of their distance.

@@ -30,7 +30,8 @@ const LONGEST_S: f64 = 2.0;
 /// Longest step within a swing, s.
 const LONGEST_STEP_S: f64 = 0.05;
 
-/// Turn of the foot from which a swing tells the axes apart, rad, and units, of which the wrong one makes it smaller.
+/// Smallest turn of the foot in a swing that distinguishes axes, rad. It also distinguishes units, because the wrong unit
+/// makes the turn smaller.
 const LEAST_TURN: f64 = 0.25;
 const LEAST_TURN_OF_UNITS: f64 = 0.04;
 
@@ -89,7 +90,7 @@ fn along(way: Way, v: Vector) -> Vector {
 /// Finding of the swings about the axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Axes {
-    /// They are a mirror image.
+    /// The axes are a mirror image.
     Mirrored,
     /// The axes of the gyroscope lie along the axes of the accelerometer like this.
     Different(Way),

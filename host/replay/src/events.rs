@@ -121,7 +121,7 @@ struct Paused {
     slip: Unstable,
     /// Time of its end.
     end: Timestamp,
-    /// The same stretch, with all estimates since then.
+    /// The stretch with all estimates since its end.
     so_far: Unstable,
 }
 

@@ -76,7 +76,7 @@ pub struct InputReport {
 /// One thing that is not plausible.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct FindingReport {
-    /// Its name; docs/reference/formats.md lists all.
+    /// Name of the finding; docs/reference/formats.md lists all.
     pub name: &'static str,
     /// The sentence for people.
     pub message: String,

@@ -193,9 +193,9 @@ impl RestingUp {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MountingSource {
-    /// It was found at rest.
+    /// The mounting was found at rest.
     Found,
-    /// It was given, and no finding contradicts it.
+    /// The mounting was given, and no finding contradicts it.
     Given,
 }
 

@@ -14,51 +14,51 @@ use crate::list::first_of;
 /// Reason why a message cannot be read by its type: a sentence about the message, after the place of the message.
 #[derive(Debug, Error)]
 pub enum MessageProblem {
-    /// It is compressed, and its decoder reports an error.
+    /// The message is compressed, and its decoder reports an error.
     #[error("it cannot be decompressed: {0}")]
     Compression(#[source] io::Error),
-    /// It is too long after decompression.
+    /// The message is too long after decompression.
     #[error("it is longer than {most_bytes} bytes when it is decompressed")]
     TooLong {
         /// Most bytes that are read.
         most_bytes: u64,
     },
-    /// It ends before its content.
+    /// The message ends before its content.
     #[error("{bytes} bytes are too short for a message")]
     NoContent {
-        /// Its length.
+        /// Length of the message.
         bytes: usize,
     },
-    /// It begins with these bytes.
+    /// The message begins with these bytes.
     #[error(
         "it is encoded as 0x{:02x}{:02x}, not in plain CDR (0x0000 or 0x0001)",
         .0[0], .0[1]
     )]
     Encoding([u8; 2]),
-    /// It is longer than its type.
+    /// The message is longer than its type.
     #[error("{bytes} bytes are more than its type has, {expected}")]
     MoreBytes {
-        /// Its length.
+        /// Length of the message.
         bytes: usize,
         /// Number of bytes of its type.
         expected: usize,
     },
-    /// It is shorter than its type, which has a fixed layout.
+    /// The message is shorter than its type, which has a fixed layout.
     #[error("{bytes} bytes are fewer than its type has")]
     FewerBytes {
-        /// Its length.
+        /// Length of the message.
         bytes: usize,
     },
-    /// It ends before a field of its definition.
+    /// The message ends before a field of its definition.
     #[error("it has fewer bytes than its type")]
     Cut,
     /// A field has an invalid value. The error comes from the decoder, a library of builds that read bags.
     #[error(transparent)]
     Value(Box<dyn Error + Send + Sync>),
-    /// Its length fits no size of the characters in a `wstring`.
+    /// The length of the message fits no size of the characters in a `wstring`.
     #[error("its wstrings have neither 1, 2 nor 4 bytes for each unit of length")]
     WideText,
-    /// It is too large to be searched for a field.
+    /// The message is too large to be searched for a field.
     #[error("it has more than {most} fields")]
     TooManyFields {
         /// Most fields that are visited.
@@ -67,10 +67,10 @@ pub enum MessageProblem {
     /// An array of it ends before the wanted element.
     #[error("it has fewer elements than the index says")]
     NoElement,
-    /// It ends before a number that is to be replaced.
+    /// The message ends before a number that is to be replaced.
     #[error("its bytes end before a number")]
     NoRoom,
-    /// Its topic has too many frames.
+    /// The topic of the message has too many frames.
     #[error("its frame {frame:?} is beyond the {most} that a topic may have")]
     TooManyFrames {
         /// The first frame beyond them.
@@ -248,10 +248,10 @@ impl Display for KnownLoad {
 /// Reason why a bag is not read, though it is not damaged: a predicate of the file.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum Unsupported {
-    /// It is encrypted by this plugin of rosbag.
+    /// The bag is encrypted by this plugin of rosbag.
     #[error("is encrypted ({0}); write it again without encryption: rosbag decrypt walk.bag")]
     Encryption(String),
-    /// Its chunks have this compression.
+    /// The chunks of the bag have this compression.
     #[error(
         "has chunks with the compression {0:?}, and bz2, lz4 and none are read; \
          write it again: rosbag decompress walk.bag"
@@ -262,7 +262,7 @@ pub enum Unsupported {
 /// Reason why messages have no load.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LoadProblem {
-    /// They are in this encoding, not in CDR.
+    /// The messages are in this encoding, not in CDR.
     Encoding(String),
     /// The definition of their type is invalid.
     Definition(DefinitionProblem),
@@ -270,7 +270,7 @@ pub enum LoadProblem {
     Known(KnownLoad),
     /// No number is named: these are the numbers of the definition.
     Numbers(Vec<String>),
-    /// They lack the number that is named.
+    /// The messages lack the number that is named.
     NoNumber(DefinitionProblem),
 }
 

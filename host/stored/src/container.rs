@@ -46,7 +46,7 @@ pub struct Container {
 pub struct ContainerFile {
     /// Format of this file.
     pub format: Format,
-    /// Its path, or the path of its copy.
+    /// Path of the file, or of its copy.
     pub path: PathBuf,
     /// Reader of the first pass, which shows its progress.
     first_pass: Option<Box<dyn Read>>,

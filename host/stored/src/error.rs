@@ -38,7 +38,7 @@ pub enum Place {
     Row(RowPlace),
     /// A cell of a row.
     Cell {
-        /// Its row.
+        /// Row of the cell.
         row: RowPlace,
         /// Column, from 1.
         column: usize,
@@ -344,7 +344,7 @@ pub enum Problem {
     },
     /// The only IMU is probably on the trunk.
     OnlyTrunk {
-        /// Its topic.
+        /// Topic of that IMU.
         topic: String,
     },
     /// Several loads do not have the names of the feet.

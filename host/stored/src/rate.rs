@@ -13,7 +13,7 @@ use crate::error::{InputError, Problem};
 /// wrong by some per cent; a rate in another unit is far outside.
 const RATE_TOLERANCE: f64 = 0.1;
 
-/// The same where times scatter: a true rate lies within it, one in another unit far outside.
+/// [`RATE_TOLERANCE`] where times scatter. A true rate lies within it, whereas a rate in another unit is far outside.
 const SCATTERED_TOLERANCE: f64 = 0.2;
 
 /// Share of steps shorter than half the usual step from which times scatter, because they are times of arrival.

@@ -539,7 +539,7 @@ impl Clock {
 
 /// Reason why a row was rejected.
 pub enum Refused {
-    /// Its time is not after the time of the previous row.
+    /// The time of the row is not after the time of the previous row.
     Time {
         /// Time of the previous row, µs.
         previous_us: i64,
@@ -685,8 +685,8 @@ struct UsedContacts {
 /// Estimate that the foot sent, and that was recorded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RecordedEstimate {
-    /// The newest sample at that time, with the time of the estimate. Its label is that of a sample of this time, its
-    /// load at most 100 ms old.
+    /// The newest sample at the time of the estimate, with that time. The label comes from a sample of exactly this time,
+    /// and the load is at most 100 ms old.
     pub sample: RecordedSample,
     /// Age of that sample, µs, if no earlier estimate had it.
     pub new_age_us: Option<u64>,
@@ -694,7 +694,7 @@ pub struct RecordedEstimate {
     pub is_valid: bool,
     /// The estimate; numbers that were not recorded with it are NaN.
     pub estimate: ContactEstimate,
-    /// The same with the newest orientation of the foot, at most 25 ms old, and its acceleration, as far as known.
+    /// The estimate with the foot's newest acceleration and orientation (at most 25 ms old), as far as they are known.
     pub with_motion: ContactEstimate,
 }
 

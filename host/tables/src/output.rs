@@ -188,7 +188,7 @@ pub fn seconds(timestamp: Timestamp, start_us: i64) -> f64 {
     on_clock(timestamp, start_us) as f64 / 1.0e6
 }
 
-/// The same in µs. The sum of start and timestamp may exceed 64 bits.
+/// Time on the recording's clock, µs. The sum of start and timestamp may exceed 64 bits.
 fn on_clock(timestamp: Timestamp, start_us: i64) -> i128 {
     i128::from(timestamp.as_micros()) + i128::from(start_us)
 }

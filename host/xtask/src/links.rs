@@ -5,7 +5,7 @@ use std::ops::Range;
 /// A link of a document.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Link<'a> {
-    /// Its text.
+    /// Text of the link.
     pub text: &'a str,
     /// File or address that it leads to, and the anchor in it.
     pub target: &'a str,

@@ -62,8 +62,8 @@ def judge_motions(of: tuple[str, list[str]]) -> list[dict[str, Judgement]]:
 
 
 def judge(foot: Foot, states: GaussianHMM | None) -> dict[str, Judgement]:
-    """Answers of all methods; only ours without `states`, which the hidden Markov model has learnt from the first motion
-    of the same foot."""
+    """Answers of all methods. `states` are the states that the hidden Markov model has learnt from the first motion of the
+    same foot; without them only our answers are returned."""
     recorded = foot.recorded
     recording = recorded.recording
     estimate = footfall.estimate(recording.acc, recording.gyr, recording.t)

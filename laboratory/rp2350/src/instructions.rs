@@ -87,7 +87,7 @@ pub fn as_known(first: u16, second: u16) -> Option<([u16; 2], Option<[u16; 2]>)>
 
 /// Transfer of pairs of registers as transfers of single ones. A register D(n) is the pair of S(2n) and S(2n + 1).
 fn as_singles(first: u16, second: u16) -> ([u16; 2], Option<[u16; 2]>) {
-    // The same number of words, from the same register on.
+    // The form with single registers: as many words, from the same register on.
     let second = second & !0x0100;
     if first & 0x0120 != 0x0100 {
         return ([first, second], None);

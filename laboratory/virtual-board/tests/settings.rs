@@ -87,7 +87,7 @@ fn stores_are_limited_to_one_a_second() {
 
 /// Settings pages of which the active one has no room and the other one is full, with the scale stored in them.
 fn full_pages(elf: &[u8]) -> (Vec<u8>, f32) {
-    // The same for all tests, which boot the same program.
+    // All tests boot the same program, so the pages are filled once.
     static FILLED: OnceLock<(Vec<u8>, f32)> = OnceLock::new();
     FILLED.get_or_init(|| fill_pages(elf)).clone()
 }

@@ -53,7 +53,7 @@ fn a_sync_has_the_time_of_its_end_at_each_phase() {
             (clock.sync == number).then_some(clock.time.0)
         });
         let reported_us = 10 * u64::from(clock.expect("a health frame with this SYNC"));
-        // It waits for a frame that is on the bus.
+        // The health frame waits while another frame is on the bus.
         if !is_busy(&sent, begin, end) {
             delays.push(reported_us + 1_000_000 - end / MICROSECOND);
         }

@@ -196,7 +196,7 @@ impl Memory {
 pub(super) enum Update {
     /// The outputs take it at once.
     Continuous,
-    /// It waits until the other half has been read.
+    /// The update waits until the other half has been read.
     Blocked,
 }
 

@@ -64,9 +64,9 @@ pub struct Recording {
 /// Reason why a recording is rejected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RecordingError {
-    /// It has no samples.
+    /// The recording has no samples.
     Empty,
-    /// Its rate is not a positive number, Hz.
+    /// The rate of the recording is not a positive number, Hz.
     Rate(f64),
 }
 

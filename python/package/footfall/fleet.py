@@ -287,7 +287,7 @@ def _run(recordings: list[_Recording], call: _Call, memory: int | None) -> list[
         dataset = ray.data.from_items(items, override_num_blocks=len(items))
         # A task that fails repeatedly loses its own recordings, but does not fail the call.
         dataset.context.max_errored_blocks = -1
-        # They are the same for the two steps, so that Ray does the steps in one task.
+        # Both steps get the same options, because Ray then runs them in one task.
         remote = {"max_retries": RETRIES} | ({} if memory is None else {"memory": memory})
         work = functools.partial(_work, call=call)
         with warnings.catch_warnings():

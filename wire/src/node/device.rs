@@ -121,10 +121,10 @@ pub struct Crash {
 /// The running program, as the objects of CiA 302-3 describe it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Program {
-    /// Object 0x1F56: the first four bytes of the program's hash. If a debug probe wrote the program, those of its
-    /// commit, or 0 if no commit has the sources.
+    /// Object 0x1F56: the first four bytes of the program's hash. If a debug probe wrote the program, the first four bytes
+    /// of its commit, or 0 if no commit has the sources.
     pub identification: u32,
-    /// The same for the program before the last update, of which a copy is kept; 0 without one.
+    /// Identification of the program before the last update, whose copy is kept; 0 without a copy.
     pub previous: u32,
     /// Object 0x1F57: the reason why the last update failed; 0 if it succeeded.
     pub flash_status: u32,

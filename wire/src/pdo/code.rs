@@ -106,7 +106,7 @@ impl From<Timestamp> for ShortTime {
 pub struct LongTime(pub u32);
 
 impl LongTime {
-    /// The same moment in 16 bits.
+    /// This moment in 16 bits.
     #[must_use]
     pub const fn short(self) -> ShortTime {
         ShortTime(self.0 as u16)

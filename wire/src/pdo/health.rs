@@ -53,8 +53,8 @@ impl ClockReading {
         number % Self::HIGHEST_SYNC + 1
     }
 
-    /// Reading to report with a contact of a sample acquired at `sample`, if `sync` is the last SYNC. It is that of the
-    /// SYNC if the SYNC is numbered and recent, otherwise that of the sample.
+    /// Clock reading to report with a contact of a sample acquired at `sample`, if `sync` is the last SYNC: the reading of
+    /// the SYNC if the SYNC is numbered and recent, otherwise the reading of the sample.
     #[must_use]
     pub fn to_report(sync: Self, sample: Timestamp) -> Self {
         let sample = LongTime::from(sample);

@@ -32,7 +32,7 @@ const PLL_INPUT_MHZ: u32 = if CRYSTAL_MHZ.is_multiple_of(2) { 2 } else { 1 };
 /// Oscillator of the PLL, MHz; half of it is the system clock.
 const PLL_MHZ: u32 = 320;
 
-/// The same at a low supply.
+/// Oscillator of the PLL at a low supply, MHz.
 const PLL_AT_LOW_SUPPLY_MHZ: u32 = 144;
 
 /// Polls of a low supply, on the internal oscillator. Each takes at least 5 cycles of 16 MHz, so this is at least 50

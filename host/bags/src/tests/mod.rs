@@ -79,14 +79,14 @@ fn imu(order: Order, stamp_ns: i64, k: u64) -> Vec<u8> {
     imu_with(order, stamp_ns, k, [0.0, 0.0])
 }
 
-/// The same with these first covariances of rate and acceleration.
+/// An Imu message with these first covariances of rate and acceleration.
 fn imu_with(order: Order, stamp_ns: i64, k: u64, covariance: [f64; 2]) -> Vec<u8> {
     // No text of UTF-8 has these bytes.
     let frame: &[u8] = if order == Order::Little { b"foot" } else { &[0xFF; 2] };
     imu_of(frame, order, stamp_ns, k, covariance)
 }
 
-/// The same with this frame.
+/// An Imu message of this frame.
 fn imu_of(frame: &[u8], order: Order, stamp_ns: i64, k: u64, covariance: [f64; 2]) -> Vec<u8> {
     let value = k as f64 / 3.0;
     let of = |first: f64| [first, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];

@@ -156,9 +156,9 @@ impl Read for TolerantReader {
 pub enum DecodeNotice {
     /// A line is not one of the log.
     MalformedLine {
-        /// Its number, from 1.
+        /// Number of the line, from 1.
         number: u64,
-        /// Its start.
+        /// Start of the line.
         start: String,
         /// Form of the log.
         form: Form,

@@ -47,7 +47,7 @@ pub struct BoardReport {
     pub faults: Vec<&'static str>,
     /// Temperature of the sensor, °C; `None` if it was unknown.
     pub temperature: Option<f32>,
-    /// Its counters.
+    /// Counters of the board.
     pub counters: BTreeMap<&'static str, u32>,
 }
 

@@ -148,7 +148,7 @@ pub enum UpdateError {
         foot: String,
         /// Value of object 0x1F56.
         found: u32,
-        /// The same of the image.
+        /// Value of this object for the image that was sent.
         sent: u32,
         /// Reason that the foot reports.
         why: Option<Refusal>,
@@ -161,9 +161,9 @@ fn reason(why: Option<Refusal>) -> String {
 
 /// Foot between its installation and its confirmation.
 struct Installed {
-    /// Its result, once the program is confirmed.
+    /// Result of the update, once the program is confirmed.
     updated: Updated,
-    /// Its node id; `None` on a serial line.
+    /// Node id of the foot; `None` on a serial line.
     node: Option<NodeId>,
     /// Number of its starts until now.
     starts: u32,

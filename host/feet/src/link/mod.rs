@@ -267,7 +267,7 @@ pub enum LinkError {
     /// The device is missing or cannot be used.
     #[error("{device}: {source}")]
     Device {
-        /// Its name.
+        /// Name of the device.
         device: String,
         /// Error of the operating system.
         source: io::Error,
@@ -275,7 +275,7 @@ pub enum LinkError {
     /// The device does not respond as an slcan adapter.
     #[error("{device} does not respond like an slcan adapter: {what}")]
     Adapter {
-        /// Its name.
+        /// Name of the device.
         device: String,
         /// Description of the failure.
         what: &'static str,
@@ -283,7 +283,7 @@ pub enum LinkError {
     /// The file cannot be read.
     #[error("{file}: {source}")]
     File {
-        /// Its name.
+        /// Name of the file.
         file: String,
         /// Error of the operating system.
         source: io::Error,
@@ -303,7 +303,7 @@ pub enum LinkError {
     /// The line does not accept this kind of data.
     #[error("{device} takes only {takes}")]
     WrongKind {
-        /// Its name.
+        /// Name of the device.
         device: String,
         /// Kind of data that it accepts.
         takes: &'static str,

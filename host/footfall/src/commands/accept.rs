@@ -153,11 +153,11 @@ pub struct AcceptReport {
     not_tested: usize,
     /// The foot's name, such as FL.
     foot: &'static str,
-    /// Its node id, 1 to 127; null on a serial line.
+    /// Node id of the foot, 1 to 127; null on a serial line.
     node: Option<u8>,
-    /// Its serial number (object 0x1018).
+    /// Serial number of the board (object 0x1018).
     serial: u32,
-    /// Its hardware (object 0x1009).
+    /// Hardware of the board (object 0x1009).
     hardware: String,
     /// The version of its program (object 0x100A).
     version: String,

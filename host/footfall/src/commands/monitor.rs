@@ -300,7 +300,7 @@ struct FootLine<'a> {
     foot: Cow<'a, str>,
     /// The line on which it is received, such as can0.
     line: &'a str,
-    /// Its node id, 1 to 127; null on a serial line until the foot has sent it.
+    /// Node id of the foot, 1 to 127; null on a serial line until the foot has sent it.
     node: Option<u8>,
     /// Probability of stable contact, 0 to 1; null before the first contact, if the foot is silent, or if several
     /// boards have its id.

@@ -109,10 +109,10 @@ struct McapRecording {
 /// File of a recording.
 #[cfg(feature = "bags")]
 enum RecordingFile {
-    /// It has no message yet. A file that is replaced has its old content.
+    /// The file has no message yet. A file that is to be replaced still has its old content.
     Opened(File),
     Begun(Box<McapFile<NoSeek<File>>>),
-    /// It could not be begun.
+    /// The file could not be begun.
     Failed,
 }
 

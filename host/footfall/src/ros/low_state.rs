@@ -91,8 +91,8 @@ impl LowStateMerger {
         Ok(Self { shared, began: Instant::now() })
     }
 
-    /// Sets the newest forces. Returns whether states come from the robot, or may still, so that no other is to be
-    /// published.
+    /// Sets the newest forces. Returns true if the robot publishes states, or may still begin to, because nobody else must
+    /// publish a state then.
     pub(super) fn set(&self, forces: [i16; 4]) -> bool {
         *self.shared.forces.lock().unwrap_or_else(PoisonError::into_inner) = Some(forces);
         self.shared.is_found.load(Ordering::Relaxed) || self.began.elapsed() < WAITED_FOR

@@ -21,7 +21,7 @@ pub enum Traffic {
     /// As on a robot with four feet and a master that requests settings: all streams over the serial line; on CAN
     /// three more feet that send as much as this one, and a SYNC each 10 ms; requests over both lines each 100 ms.
     Full,
-    /// The same, and disturbances of the serial line, which the board reports as faults.
+    /// [`Full`](Self::Full) with disturbances of the serial line, which the board reports as faults.
     FullWithFaults,
 }
 

@@ -147,7 +147,7 @@ impl Server {
         footfall(self.folder(), &all).0
     }
 
-    /// Its folder.
+    /// Folder of the server.
     pub fn folder(&self) -> &Path {
         self.folder.path()
     }

@@ -124,7 +124,7 @@ fn next_attempt(master: &mut Master, new: &[u8]) {
     master.updated();
 }
 
-/// The same while the old program runs again.
+/// Requires that an update installs the new program while the old one runs again.
 fn next_update(master: &mut Master, new: &[u8]) {
     master.stop();
     next_attempt(master, new);

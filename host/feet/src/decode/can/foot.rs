@@ -28,7 +28,7 @@ use crate::foot_clock::LeastDelay;
 pub(super) struct FootOnCan {
     /// Row of its newest contact; other frames of the foot complete this row.
     pub(super) row: usize,
-    /// That contact.
+    /// Newest contact of the foot.
     pub(super) newest: Mark,
     /// Newest contact whose time agrees with the log.
     mark: Mark,
@@ -72,7 +72,7 @@ pub(super) enum ClockCorrection {
     None,
     /// The turn is known from this row on, which shifts the times by a number of µs.
     Turn(usize, i64),
-    /// The same, and the foot has restarted before that row: its clock went back.
+    /// A turn as in [`Turn`](Self::Turn), before whose row the foot has restarted: its clock went back.
     Restart(usize, i64),
 }
 
@@ -406,7 +406,7 @@ impl TimeBetween {
         matches!(self, Self::Agreed(elapsed) if (0..TURN_US / 2).contains(&elapsed))
     }
 
-    /// The same time, or the next later one on the short clock that is not negative, as agreed.
+    /// Takes the time as agreed: unchanged, or as the next time on the short clock that is not negative.
     fn forward(self) -> Self {
         Self::Agreed(match self.micros() {
             elapsed @ ..0 => elapsed.rem_euclid(TURN_US),

@@ -59,7 +59,7 @@ pub(crate) struct CanDecoder {
 struct FootEntry {
     /// `None` from a boot-up to the next contact.
     foot: Option<FootOnCan>,
-    /// Its newest contact, if that is number 0.
+    /// Newest contact of the foot, if its number is 0.
     first: Option<First>,
     /// Number of restarts.
     segment: u32,

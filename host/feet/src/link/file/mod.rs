@@ -48,9 +48,9 @@ type NextPart = Box<dyn FnMut() -> Result<Option<Arrived>, PlayError>>;
 /// Reason why a file cannot be played further.
 #[derive(Debug)]
 enum PlayError {
-    /// It cannot be read.
+    /// The file cannot be read.
     Read(io::Error),
-    /// It has frames without times.
+    /// The file has frames without times.
     NoTimes,
 }
 

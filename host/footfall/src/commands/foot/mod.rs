@@ -443,7 +443,7 @@ pub(super) fn wait_until_settled(
 pub struct FootInfo {
     #[serde(flatten)]
     identity: Identity,
-    /// Its NMT state: operational, pre-operational, stopped or initialising; null if it reports none.
+    /// NMT state of the foot: operational, pre-operational, stopped or initialising; null if it reports none.
     state: Option<&'static str>,
     /// Stage of the board's operation, by name.
     stage: &'static str,
@@ -504,9 +504,9 @@ impl FootInfo {
 pub(super) struct Identity {
     /// The foot's name, such as FL.
     pub(super) foot: &'static str,
-    /// Its node id, 1 to 127; null on a serial line.
+    /// Node id of the foot, 1 to 127; null on a serial line.
     pub(super) node: Option<u8>,
-    /// Its device name (object 0x1008).
+    /// Device name of the foot (object 0x1008).
     device: String,
     /// The version of its program (object 0x100A).
     pub(super) version: String,
@@ -517,9 +517,9 @@ pub(super) struct Identity {
     previous: Option<String>,
     /// Reason the last image was refused or the previous program was restored; null without one.
     refused: Option<&'static str>,
-    /// Its hardware (object 0x1009).
+    /// Hardware of the board (object 0x1009).
     pub(super) hardware: String,
-    /// Its serial number (object 0x1018).
+    /// Serial number of the board (object 0x1018).
     pub(super) serial: u32,
 }
 
@@ -555,11 +555,11 @@ impl Identity {
 /// A foot on a line.
 #[derive(Debug, Serialize)]
 struct Scanned {
-    /// Its line: a CAN interface or a serial port.
+    /// Line of the foot: a CAN interface or a serial port.
     line: String,
-    /// Its node id, 1 to 127; null on a serial line.
+    /// Node id of the foot, 1 to 127; null on a serial line.
     node: Option<u8>,
-    /// Its name, such as FL; null if it is unknown.
+    /// Name of the foot, such as FL; null if it is unknown.
     name: Option<String>,
     /// Serial number of its board on USB; null on other lines.
     serial: Option<String>,

@@ -37,7 +37,7 @@ struct FootReport {
     diagnosis: Option<Map<String, Json>>,
     /// Settings that differ from the defaults, with their values.
     settings: Map<String, Json>,
-    /// The same as lines.
+    /// The settings as lines of text.
     #[serde(skip)]
     lines: Lines,
 }

@@ -25,7 +25,7 @@ use crate::report::print_text;
 pub(super) enum Which<'a> {
     One,
     All,
-    /// Those with these serial numbers.
+    /// Boards with these serial numbers.
     Numbered(&'a [u32]),
 }
 

@@ -16,7 +16,7 @@ use crate::plot::{self, RecordingPlot};
 pub(super) enum Picture {
     /// A figure of its own.
     Figure(RecordingPlot),
-    /// Its part of a page.
+    /// The foot's part of a page.
     Page(PageFoot),
 }
 

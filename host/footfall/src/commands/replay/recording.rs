@@ -30,7 +30,7 @@ pub(super) struct ReplayedRecording {
     pub(super) file: String,
     /// Notices about reading the recording.
     pub(super) notices: Vec<Notice>,
-    /// Its format and parameters, and the time that it took.
+    /// Format and parameters of the recording, and the time that its estimates took.
     pub(super) details: Vec<String>,
     pub(super) feet: Vec<ReplayedFoot>,
 }
@@ -39,7 +39,7 @@ pub(super) struct ReplayedRecording {
 pub(super) struct ReplayedFoot {
     /// Names of the foot in the recording.
     pub(super) names: Vec<String>,
-    /// Its recognised properties, in one line.
+    /// Properties of the foot that were recognised, in one line.
     pub(super) recognised: String,
     pub(super) results: Replayed,
     /// Picture of the foot, if drawn.

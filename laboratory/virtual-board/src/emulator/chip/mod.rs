@@ -42,15 +42,15 @@ pub const NOMINAL_MV: u32 = 3_300;
 /// The crystal on the board.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Crystal {
-    /// That of the board.
+    /// The crystal of the board.
     #[default]
     Fitted,
     /// Another one, of this frequency, Hz.
     Hertz(u32),
     /// One that does not start.
     Missing,
-    /// That of the board. Its divided clock does not reach the timer that measures it. RM0090 does not say whether the
-    /// clock runs before the RTC selects it.
+    /// The crystal of the board, whose divided clock does not reach the timer that measures it. RM0090 does not say
+    /// whether this clock runs before the RTC selects it.
     NotMeasurable,
 }
 

@@ -529,8 +529,8 @@ impl Cpu {
             vtor => vtor,
         };
         let vector = self.engine.word(table + 4 * u32::from(number));
-        // A failed write of the frame raises a fault of its own; the two exceptions that cannot be interrupted
-        // begin nevertheless, and after an NMI the fault is pending.
+        // If the frame cannot be written, that is a fault of its own. An NMI and a hard fault begin nevertheless, because
+        // nothing may interrupt them; after an NMI the fault is then pending.
         let unbroken = matches!(number, exception::NMI | exception::HARD_FAULT);
         if !stacked && number == exception::NMI {
             machine.scb.hfsr |= FORCED;

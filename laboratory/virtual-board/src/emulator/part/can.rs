@@ -67,7 +67,7 @@ pub enum BusFault {
     None,
     /// No other node: frames are not acknowledged.
     NoAcknowledge,
-    /// The same, and the controller does not abort a frame.
+    /// No other node, and the controller does not abort a frame.
     AbortIgnored,
     /// The lines are shorted: every transmitted bit reads back wrong, and the bus is never idle.
     Shorted,
@@ -111,7 +111,7 @@ impl BusFrame {
         Self::new(frame.id(), frame.data())
     }
 
-    /// Its line as an slcan adapter sends it, with CR.
+    /// Line for this frame as an slcan adapter sends it, with CR.
     #[must_use]
     pub fn line(&self) -> Vec<u8> {
         let frame = CanFrame::new(self.id as u16, &self.data);

@@ -28,7 +28,7 @@ use crate::ros::{AllFeet, EstimateMessages, McapFile, Published, RosMessage};
 pub(in super::super) struct BagCopy<'a> {
     /// The bags.
     inputs: &'a [PathBuf],
-    /// Their names in messages.
+    /// Names of the files in messages.
     files: Vec<String>,
     arguments: &'a CopyArguments,
     /// The feet in messages of all feet.

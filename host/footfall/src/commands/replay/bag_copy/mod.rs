@@ -93,9 +93,9 @@ pub(super) struct CopiedFoot {
     pub(super) file: String,
     /// Name of the foot, in the topics of its contacts.
     pub(super) name: String,
-    /// Its place in messages of all feet, if its names have one.
+    /// Place of the foot in messages of all feet, if its names have one.
     pub(super) place: Option<usize>,
-    /// Its samples.
+    /// Samples of the foot.
     pub(super) stored: Stored,
     /// Parameters of its estimate.
     pub(super) params: AnyParams,
