@@ -32,7 +32,7 @@ enum Bits {
     Firm,
     /// Some read differently each time, until they are programmed or erased again.
     WeakPerRead,
-    /// Some read differently from one power-up to the next, until they are programmed or erased again.
+    /// Some bits read differently from one power-up to the next, until they are programmed or erased again.
     WeakPerPowerUp,
 }
 

@@ -11,7 +11,7 @@ use crate::finding::Finding;
 /// Numbers of feet that are looked for.
 const FEET: [usize; 3] = [2, 3, 4];
 
-/// Number of readings of each foot in a window, of which each half shows a foot that stands and one that swings.
+/// Number of readings of each foot in a window. In each half of the window one foot stands and the other swings.
 const OF_EACH: usize = 16;
 
 /// Deviation of the readings of a foot that swings, in units of 9.81 m/s² and of 1 rad/s, and the multiple by which it

@@ -657,8 +657,8 @@ fn unit_since_1970(value: f64) -> TimeUnit {
 /// Time from which a count of an unknown unit is in ns: in µs it would be more than 46 days.
 const LEAST_NANOSECONDS: f64 = 4.0e12;
 
-/// Returns the unit of a time that is too far from zero in s, by the usual step of the rows, µs if they are in s. Without
-/// it, very large times are in ns.
+/// Returns the unit of a time that would be too far from zero in s. `step_us` is the usual step between rows, µs, if the
+/// times were in s. It determines the unit; without a step, very large times are in ns.
 fn unit_of_long_time(value: f64, step_us: Option<u64>) -> Option<TimeUnit> {
     if value.abs() > MAX_TIME_S * TimeUnit::Nanoseconds.per_second() {
         return None;

@@ -199,7 +199,7 @@ struct Counted {
 }
 
 impl Counted {
-    /// Number of instructions that no update exceeds, from the count over the walk, in hundreds.
+    /// Upper bound of the instructions of an update, in hundreds, derived from the count over the walk.
     fn bound(&self) -> u32 {
         (self.largest * 115 / 100).next_multiple_of(100)
     }

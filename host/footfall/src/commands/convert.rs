@@ -59,7 +59,7 @@ pub struct ConvertArguments {
     /// The converted recording: its name ends in .csv, .parquet or .mcap; `-` is standard output
     #[arg(long, short, value_name = "OUT.csv|parquet|mcap", help_heading = OUTPUT)]
     pub output: Option<PathBuf>,
-    /// How it is read.
+    /// Options for reading the recording.
     #[command(flatten)]
     pub reading: ReadingArguments,
     /// Start at this time since the first sample
@@ -71,7 +71,7 @@ pub struct ConvertArguments {
     /// Format of the output, if its name does not show it
     #[arg(long = "as", value_name = "FORMAT", help_heading = OUTPUT)]
     pub form: Option<ConvertFormat>,
-    /// Whether it replaces a file.
+    /// Whether existing files are replaced.
     #[command(flatten)]
     pub overwrite: OverwriteArguments,
 }

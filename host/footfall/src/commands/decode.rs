@@ -26,7 +26,7 @@ pub struct DecodeArguments {
     /// standard error
     #[arg(long, short, value_name = "OUT.csv", help_heading = OUTPUT)]
     pub output: Option<PathBuf>,
-    /// Whether they replace a file.
+    /// Whether existing files are replaced.
     #[command(flatten)]
     pub overwrite: OverwriteArguments,
     /// Print the report as one JSON object

@@ -24,7 +24,7 @@ pub struct DemoArguments {
     /// Directory for samples.csv, plot.svg, can.log and uart.bin; created if it does not exist
     #[arg(long, short, value_name = "DIR", default_value = DIRECTORY, help_heading = OUTPUT)]
     pub output: PathBuf,
-    /// Whether they replace files.
+    /// Whether existing files are replaced.
     #[command(flatten)]
     pub overwrite: OverwriteArguments,
     /// Seed of the sensor's noise and the foot's slips; the same seed gives the same walk

@@ -73,7 +73,7 @@ pub const OUTPUT: &str = "Output";
 /// overrides the preset.
 #[derive(Debug, Args)]
 pub struct RecordingArguments {
-    /// How they are read.
+    /// Options for reading the recordings.
     #[command(flatten)]
     pub reading: ReadingArguments,
     /// Parameters to start from
@@ -226,7 +226,7 @@ pub struct TableArguments {
         long,
         value_name = "OURS=THEIRS,...",
         help_heading = INPUT,
-        help = "Columns to read, by their names or the last parts of these, such as \
+        help = "Columns to read, by their names or the last parts of their names, such as \
                 t=stamp,ax=linear_acceleration.x; the names of ROS, PlotJuggler and Unitree are known"
     )]
     pub map: Option<Mapping>,
@@ -234,7 +234,7 @@ pub struct TableArguments {
     #[arg(long, value_name = "g,dps", help_heading = INPUT)]
     pub units: Option<Units>,
     /// Factors that convert the readings of accelerometer and gyroscope to --units, such as 0.000122,0.07 for
-    /// counts; a third one is that of the load, such as 1,1,-1
+    /// counts; a third factor is for the load, as in 1,1,-1
     #[arg(long, value_name = "A,W[,LOAD]", help_heading = INPUT, allow_hyphen_values = true)]
     pub scale: Option<Scale>,
     /// Decimal mark of a table's numbers, such as the comma in 1,5
@@ -302,8 +302,8 @@ pub struct BagArguments {
         help_heading = INPUT,
         help = "Load of a foot: Float32, Float64, one of their MultiArrays, Wrench or WrenchStamped, \
                 such as /foot/wrench:force.z, or a number in any message, such as \
-                /lowstate:foot_force[0]; once for each foot, in their order, or once with {foot} in \
-                place of its name"
+                /lowstate:foot_force[0]; once for each foot, in the order of the feet, or once with \
+                {foot} in place of the foot's name"
     )]
     pub load_topic: Vec<LoadTopic>,
     /// Other names of feet.
@@ -608,8 +608,8 @@ impl PlayedArguments {
     /// Finds the sources, and returns them with these options.
     ///
     /// # Errors
-    /// A source has no line, options are given and no source is a file, or the configuration file cannot be read or has
-    /// an error.
+    /// A source has no line, there are options for files but no source is a file, or the configuration file cannot be read
+    /// or has an error.
     pub(crate) fn find_sources(&self, sources: &[SourceArgument]) -> Result<Vec<Source>, Error> {
         let playback = self.playback()?;
         let found = find_all(sources)?;

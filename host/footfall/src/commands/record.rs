@@ -36,7 +36,7 @@ pub struct RecordArguments {
     /// File to write. Even if the recording is killed, the file lacks only the last second
     #[arg(long, short, value_name = "OUT.mcap", help_heading = OUTPUT)]
     pub output: PathBuf,
-    /// Whether it replaces a file.
+    /// Whether existing files are replaced.
     #[command(flatten)]
     pub overwrite: OverwriteArguments,
     /// Stop after this time, or on Ctrl-C

@@ -25,8 +25,8 @@ pub struct Ros2Arguments {
     /// Frames, and messages of other programs.
     #[command(flatten)]
     pub published: PublishedArguments,
-    /// Whether messages lost on the network are sent again; subscribers that request reliable messages
-    /// receive no others
+    /// Whether messages lost on the network are sent again; a subscriber that requests reliable messages
+    /// receives nothing from best-effort
     #[arg(long, value_name = "QOS", default_value = "reliable")]
     pub reliability: Reliability,
     /// Number of messages of a topic to keep for each subscriber

@@ -37,8 +37,8 @@ const LAST_REQUESTS: Duration = Duration::from_millis(500);
 const LOOK_EACH: Duration = Duration::from_secs(1);
 
 samples::named! {
-    /// Whether a message lost on the network is sent again, with its name in ROS. Subscribers that request reliable
-    /// messages receive no others.
+    /// Whether a message lost on the network is sent again, with its name in ROS. A subscriber that requests
+    /// reliable messages receives nothing from a best-effort publisher.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
     pub enum Reliability {
         /// Lost messages are sent again

@@ -147,7 +147,7 @@ fn faults_of_a_board_are_named() {
     let (report, said, is_accepted) = accepted(&mut server, SERIAL, &only, follow);
     assert!(!is_accepted, "{said}");
     let names = out(&report);
-    // Whether the fault is among them depends on the time that the foot had to find it.
+    // These figures may contain the fault, or not, because the foot may not have had the time to find it.
     for name in ["stable contacts", "bias of the gyroscope"] {
         assert!(names.contains(&name), "{name}: {said}");
     }

@@ -50,7 +50,7 @@ const JITTER_US: f32 = 10.0;
 /// so that an inverted edge comes 75 µs before the next sample.
 const BETWEEN_US: u32 = 110;
 
-/// Largest ratio of the noise at rest with a busy CAN to that without. The scatter over a second is known to 3 %.
+/// Largest ratio of the noise at rest with a busy CAN to the noise without. One second of samples gives the noise to 3 %.
 const NOISE_RATIO: f32 = 1.25;
 
 /// Unused stack that a program must leave, bytes.

@@ -216,7 +216,7 @@ impl FootOnCan {
             _ => self.mark.after(elapsed.micros(), short, sequence, at),
         };
         let is_back = matches!(elapsed, TimeBetween::Agreed(elapsed) if elapsed < 0);
-        // Both time and number must go back: if only the time does, it is wrong.
+        // A restart sets both time and number back. If only the time goes back, the time is wrong.
         if is_back && numbers > 1 << 7 {
             self.overtaken(report);
             return Some(next);

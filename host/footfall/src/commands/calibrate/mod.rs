@@ -63,13 +63,13 @@ pub struct CalibrateArguments {
     /// Write the result as settings of this foot: the table [feet.NAME]
     #[arg(long, value_name = "NAME", value_parser = NonEmptyStringValueParser::new(), requires = "output", help_heading = OUTPUT)]
     pub foot: Option<String>,
-    /// How they are read, and with which parameters.
+    /// Options for reading the recordings, and the parameters of the estimates.
     #[command(flatten)]
     pub recording: RecordingArguments,
     /// Write a file for --config: the settings of the given --config, updated with the result
     #[arg(long, short, value_name = "OUT.toml", help_heading = OUTPUT)]
     pub output: Option<PathBuf>,
-    /// Whether it replaces a file, such as the file of --config.
+    /// Whether an existing file is replaced, such as the file of --config.
     #[command(flatten)]
     pub overwrite: OverwriteArguments,
     /// Loads on topics, and their domain.

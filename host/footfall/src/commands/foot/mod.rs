@@ -91,7 +91,7 @@ pub enum FootAction {
     Export {
         /// The file, .txt; - is standard output
         file: PathBuf,
-        /// Whether they replace a file.
+        /// Whether existing files are replaced.
         #[command(flatten)]
         overwrite: OverwriteArguments,
     },

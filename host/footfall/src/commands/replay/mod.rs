@@ -55,7 +55,7 @@ pub struct ReplayArguments {
     /// The recordings; `-` is standard input
     #[arg(required = true)]
     pub inputs: Vec<PathBuf>,
-    /// How they are read, and with which parameters.
+    /// Options for reading the recordings, and the parameters of the estimates.
     #[command(flatten)]
     pub recording: RecordingArguments,
     /// Length of the window: a duration such as 50ms or a count such as 50samples; with half-widths
@@ -87,7 +87,7 @@ pub struct ReplayArguments {
     /// figure per foot, whose file name contains the foot if there are several
     #[arg(long, value_name = "OUT.html|svg", help_heading = OUTPUT)]
     pub plot: Option<PathBuf>,
-    /// Whether the results replace files.
+    /// Whether existing files are replaced.
     #[command(flatten)]
     pub overwrite: OverwriteArguments,
     /// Print the summary as one JSON object

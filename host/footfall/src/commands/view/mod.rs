@@ -53,8 +53,8 @@ pub struct ViewArguments {
     #[arg(
         long,
         value_name = "ORIGIN",
-        help = "Let pages of this origin connect, such as https://viewer.example; may be repeated. Pages of Foxglove \
-                and of this machine, and programs, always may"
+        help = "Let pages of this origin connect, such as https://viewer.example; may be repeated. Foxglove's \
+                pages, pages of this machine, and programs can always connect"
     )]
     pub allow_origin: Vec<String>,
     /// Stop after this time, or on Ctrl-C. The end of a played file does not stop it
