@@ -1,5 +1,5 @@
-//! Behaviour of the estimate in many gaits, with many sensors and disturbances, and CAN logs by programs of others. These
-//! tests take minutes of processor time: `.ci/run` runs them.
+//! Behaviour of the estimate in many gaits, with many sensors and disturbances, and CAN logs by third-party
+//! programs. These tests take minutes of processor time: `.ci/run` runs them.
 
 #[path = "../../wire/tests/python/environment.rs"]
 mod environment;

@@ -45,7 +45,7 @@ GRID = list(product((2.5, 3.5, 5.0, 7.0), (30.0, 80.0, 200.0, 500.0)))
 """Candidate time constants, s, and quiet gains: far to either side of the preset."""
 
 MADGWICK_GAINS = (0.04, 0.05, 0.06)
-"""The best of them is taken, and must not be the first or the last."""
+"""Candidates, of which the best is taken. It must be neither the first nor the last."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +86,7 @@ class Attitude:
     """RMS inclination errors, degrees."""
 
     by_trial: dict[str, tuple[float, float]]
-    """With the preset; the second is what 95 % of the errors do not exceed."""
+    """Mean error with the preset, and the limit below which 95 % of the errors lie."""
     perturbed: tuple[float, float]
     """Least and largest mean with one of the constants 20 % off."""
     held_out: list[float]

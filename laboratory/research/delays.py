@@ -12,29 +12,29 @@ from .sets import Array
 Mask = npt.NDArray[np.bool_]
 
 CHATTER = 0.01
-"""Shorter gaps of a contact are closed, s."""
+"""Duration below which gaps in a contact are closed, s."""
 
 STANCE = 0.1
-"""Shorter contacts are no stances, s."""
+"""Duration from which a contact is a stance, s."""
 
 SWING = 0.05
-"""Shorter gaps between stances are no swings, s."""
+"""Duration from which a gap between stances is a swing, s."""
 
 
 @dataclass
 class Stances:
-    """Of any number of feet. A stance is lost if an answer is never "stable" in it."""
+    """Delays of any number of feet. A stance is lost if the answer is never "stable" in it."""
 
     count: int = 0
     lost: int = 0
     """By P > ½."""
     lost_decisions: int = 0
     rises: list[float] = field(default_factory=list)
-    """From touch-down to P > ½, s; 0 if P is high already."""
+    """Times from touch-down to P > ½, s; 0 if P is high already."""
     decides: list[float] = field(default_factory=list)
-    """From touch-down to the decision, s."""
+    """Times from touch-down to the decision, s."""
     falls: list[float] = field(default_factory=list)
-    """From lift-off to P < ½, s; the whole swing if P stays high."""
+    """Times from lift-off to P < ½, s; the whole swing if P stays high."""
 
     def add(self, contact: Mask, p: Array, decision: Mask, rate: float, since: float = 0.0) -> None:
         """Adds the stances that begin at `since`, s, or later."""
@@ -73,7 +73,7 @@ def runs(mask: Mask) -> list[tuple[int, int]]:
 
 
 def closed(mask: Mask, rate: float) -> Mask:
-    """Without gaps that are shorter than `CHATTER`."""
+    """Contacts without the gaps that are shorter than `CHATTER`."""
     result = mask.copy()
     for begin, end in runs(~mask):
         if begin > 0 and end < len(mask) and end - begin < CHATTER * rate:

@@ -29,7 +29,7 @@ RATES = (100.0, 390.0, 500.0, 1000.0, 1660.0)
 """Sample rates at which the default preset is scored, Hz. Recordings at 100 Hz or less are not decimated to 100 Hz."""
 
 Runs = list[Answers | None]
-"""One for each recording; none where it lacks a signal that the method needs."""
+"""Answers on each recording; none if the recording lacks a signal that the method needs."""
 
 
 def run(files: list[Labelled]) -> dict[str, Runs]:
@@ -82,7 +82,7 @@ def _at_rate(file: Labelled, rate: float) -> Answers | None:
 
 
 def _warm(file: Labelled, learnt_on: Labelled) -> Answers:
-    """Starts with what the estimator has learnt by the end of another recording."""
+    """Estimates with a warm start: the values learnt by the end of another recording."""
     learnt = [float(value) for value in learnt_on.recording.estimate().learnt]
     names = ("still", "moving", "speed", "still_seconds", "moving_seconds")
     return _footfall(file, config={"learnt": {"version": 1, **dict(zip(names, learnt, strict=True))}})

@@ -35,13 +35,13 @@ YES = 0.01
 """Standard deviation of the velocity where a detector says yes, m/s."""
 
 NO_MEASUREMENT = 1e6
-"""Standard deviation that changes nothing, m/s."""
+"""Standard deviation so large that the measurement changes nothing, m/s."""
 
 PYSHOE_NOISE = (0.00098, 8.7266463e-5)
 """Noise of SHOE in PyShoe's `process_error_vicon.py`, m/s² and rad/s."""
 
 PYSHOE_THRESHOLD = 5e7
-"""That of `ins_demos.py`, within the grid of `run_threshold_optimization.py`."""
+"""Threshold of `ins_demos.py`, within the grid of `run_threshold_optimization.py`."""
 
 SPEEDS = (0.03, 0.05, 0.07, 0.1, 0.2)
 LEVERS = (0.05, 0.1, 0.15, 0.2)

@@ -152,10 +152,10 @@ def threshold(groups: Sequence[tuple[Array, npt.NDArray[np.int8]]]) -> float:
 
 
 ADAPTIVE_GROWTHS = np.array([0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0])
-"""Growths of the adaptive threshold that are tried, 1/s. With 0 it is SHOE with a fixed threshold."""
+"""Candidates for the growth of the adaptive threshold, 1/s. With 0 it is SHOE with a fixed threshold."""
 
 ADAPTIVE_THRESHOLDS = np.geomspace(1.0, 1.0e7, 36)
-"""Thresholds of SHOE right after a stance that are tried."""
+"""Candidates for the threshold of SHOE right after a stance."""
 
 
 def adaptive_shoe(statistic: Array, period: float, threshold: Array, growth: Array) -> tuple[npt.NDArray[np.bool_], Array]:

@@ -16,13 +16,13 @@ BINS = 10
 
 @dataclass(frozen=True, eq=False)
 class Answers:
-    """What a method answers on a recording, at the samples with a label."""
+    """Answers of a method on a recording, at the samples with a label."""
 
     label: npt.NDArray[np.int8]
     p: Array
     """The probability; 1 or 0 of a detector."""
     ranking: Array
-    """What the answer is a threshold on; the probability, where there is none."""
+    """Score on which the answer is a threshold; the probability if there is no such score."""
 
     @classmethod
     def of(cls, label: npt.NDArray[np.int8], p: Array, ranking: Array | None = None) -> Answers:
@@ -38,7 +38,7 @@ class Answers:
 
 @dataclass(frozen=True)
 class Figures:
-    """A mean over sets has the mean of each figure."""
+    """Figures of a set, or their means over sets."""
 
     rmse: float
     """Root of the Brier score, the mean of (P − label)²."""

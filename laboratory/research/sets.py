@@ -67,7 +67,7 @@ FURTHER: dict[str, tuple[str, list[str]]] = {
 WALKERS: dict[str, tuple[str, list[str]]] = {
     "walkers with motion capture": ("walkers", ["walkers/mocap/left.csv", "walkers/mocap/right.csv"]),
 }
-"""The same, of a person's feet."""
+"""Sets of a person's feet that no constant was chosen on."""
 
 AVERAGED = ["ground", "3 steps", "slip", "ATLAS 7k", "NAO", "shoe", "demo"]
 """Sets in the mean. More gaits of the simulated foot would outweigh all other recordings."""

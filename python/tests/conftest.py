@@ -1,4 +1,4 @@
-"""What the tests share: the program, and recordings of all kinds."""
+"""Fixtures of the tests: the program, and recordings of all kinds."""
 
 from __future__ import annotations
 

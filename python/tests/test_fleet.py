@@ -206,7 +206,7 @@ def readers(path: Path) -> set[int]:
 
 @contextlib.contextmanager
 def deadly(path: Path, most: int) -> Iterator[list[int]]:
-    """Puts a pipe in the place of a recording: its readers wait, and are killed, up to `most` of them."""
+    """Replaces a recording by a pipe, and kills up to `most` of the processes that wait to read it."""
     contents = path.read_bytes()
     path.unlink()
     os.mkfifo(path)
@@ -253,7 +253,7 @@ def test_lost_worker_costs_only_its_recording(
     for k in range(1, 8):
         shutil.copy(one, one.with_name(f"{k}.parquet"))
     write(footfall.simulate("trot", 2.0, seed=5), source / "robot0" / "victim.csv")
-    # In its first task it is with others.
+    # In its first task the recording is together with others.
     monkeypatch.setattr(fleet, "TASKS", 2)
     with deadly(source / "robot0" / "victim.csv", most) as killed:
         found = by_foot(fleet.estimate(source, out))

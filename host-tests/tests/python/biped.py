@@ -1,5 +1,5 @@
-"""Reads the phases of a biped, as `footfall record --compat biped` writes them, with a library of others, and compares them
-with the decisions of both feet.
+"""Reads the phases of a biped, as `footfall record --compat biped` writes them, with a third-party library, and
+compares them with the decisions of both feet.
 
 usage: biped.py rec.mcap
 

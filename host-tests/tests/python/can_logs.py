@@ -8,7 +8,7 @@ import sys
 
 import can
 
-# Both of a log's ends: what the writer is to be called, and what it makes.
+# Each form is both the ending of the file that python-can is asked to write, and the form that it writes.
 FORMS = ["asc", "csv", "log", "blf", "trc"]
 
 

@@ -1,5 +1,5 @@
-"""Reads messages of all feet, as `footfall record --compat` writes them, with a library of others, and concludes from each
-what its consumer would. Every conclusion is compared with the decisions of the feet.
+"""Reads messages of all feet, as `footfall record --compat` writes them, with a third-party library. From each message
+the script draws the conclusion of its consumer, and compares it with the decisions of the feet.
 
 usage: compat.py rec.mcap
 

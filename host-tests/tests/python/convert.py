@@ -1,4 +1,4 @@
-"""Reads what `footfall convert` writes with the libraries of others, and compares every value with the table.
+"""Reads what `footfall convert` writes with third-party libraries, and compares every value with the table.
 
 usage: convert.py WALK.csv FOLDER
 

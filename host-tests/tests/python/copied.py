@@ -1,5 +1,5 @@
 """Compares a copy of a bag with contacts and events, as `footfall replay --output copy.mcap` writes it, with the bag and
-with the tables of the same estimates and events, read by a library of others.
+with the tables of the same estimates and events, read by a third-party library.
 
 usage: copied.py bag copy.mcap estimates.csv events.csv
 

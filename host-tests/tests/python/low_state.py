@@ -1,5 +1,5 @@
 """Compares the states of a Unitree robot that `footfall replay --lowstate` has written into a copy of a bag with the robot's
-own, and with the contacts in the copy, read by a library of others. A consumer compares the forces with a threshold.
+own, and with the contacts in the copy, read by a third-party library. A consumer compares the forces with a threshold.
 
 usage: low_state.py copy.mcap [scale]
 
@@ -74,7 +74,7 @@ def main(copy, scale=None):
         original = own[log_ns]
         assert equal(state, original, but=["foot_force"]), log_ns
         for foot, (place, _) in FEET.items():
-            # A contact is written before what follows its sample by a microsecond.
+            # A contact is written before any message that is a microsecond or more after its sample.
             of_foot = decisions[foot]
             while next_contact[foot] < len(of_foot) and of_foot[next_contact[foot]][0] <= log_ns - 1000:
                 next_contact[foot] += 1

@@ -1,4 +1,4 @@
-"""Reads a recording of `footfall record` with the libraries of others, and compares every contact and
+"""Reads a recording of `footfall record` with third-party libraries, and compares every contact and
 every probability with the table of `footfall decode`.
 
 Usage: record.py REC.mcap ROWS.csv

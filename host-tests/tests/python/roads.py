@@ -32,7 +32,7 @@ from rosbags.rosbag2 import Writer as Rosbag2Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 START_NS = 1_700_000_000_123_456_000
-# When a message is written, after its stamp.
+# Time from the stamp of a message to its writing.
 LATE_NS = 2_345_678
 
 STORE = get_typestore(Stores.ROS2_JAZZY)

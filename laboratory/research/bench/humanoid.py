@@ -17,7 +17,7 @@ from .quadruped import PERIOD
 from .world import GRAVITY, World
 
 STIFF, DAMPED = 90.0, 0.4
-"""Of a joint, N m/rad and N m s/rad. The model adds its own damping."""
+"""Stiffness and damping of a joint, N m/rad and N m s/rad. The model adds its own damping."""
 
 STRAIGHTENS = 0.25
 """Correction of the ankles by the tilt of the body, rad/rad."""
@@ -43,7 +43,7 @@ class Walk:
     moves: float = 0.0
     """Motion of the body while it stands, as a share of the height."""
     lifted: tuple[float, float, float, float, float] | None = None
-    """Begin and end, s, height, m, duration of the lift, s, and sway, m."""
+    """Lift by hand or crane: begin and end, s, height, m, duration of the lift, s, and sway, m."""
     pause: tuple[float, float] | None = None
     """Begin and end of a stand within the walk, s."""
 
@@ -58,7 +58,7 @@ class Plan:
     feet: Array
     headings: Array
     carried: Array
-    """As in `quadruped.Command`; not a number while the robot stands by itself."""
+    """Height and pose of the lift, as in `quadruped.Command`; NaN while the robot stands on its own feet."""
 
 
 class Humanoid:
@@ -146,7 +146,7 @@ class Humanoid:
         return largest
 
     def _straighten(self, wanted: Array, rotation: Array, k: int) -> None:
-        """Ankles push a tilted body back."""
+        """Adds the torque with which the ankles push a tilted body back."""
         roll, pitch = np.arctan2(rotation[2, 1], rotation[2, 2]), -np.arcsin(np.clip(rotation[2, 0], -1.0, 1.0))
         roll, pitch = roll - self.plan.tilt[k, 0], pitch - self.plan.tilt[k, 1]
         for leg in range(2):
@@ -192,7 +192,7 @@ def planned(walk: Walk, width: float, soles: Array, height: float, ankle: float,
     middles = np.tile(_middle(feet[0], headings[0], soles), (n, 1))
     place, yaw = np.array([0.0, 0.0]), 0.0
     leg, at = 0, SETTLES
-    # Steps, one after the other. Each one changes the plan from its begin on.
+    # Adds one step after the other. A step changes the plan from its begin on.
     walks = walk.stride != 0.0 or walk.turn != 0.0
     while walks and at + walk.step + SETTLES < walk.seconds:
         if walk.pause and walk.pause[0] <= at < walk.pause[1]:

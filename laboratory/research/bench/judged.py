@@ -50,7 +50,7 @@ FIRST = ("trot", "walk")
 def judge_motions(of: tuple[str, list[str]]) -> list[dict[str, Judgement]]:
     """Answers of all methods on all feet of the robot of this name in motions, at all rates."""
     name, motions = of
-    # A robot that another process has sent would be a copy.
+    # The robot is looked up by its name, because a robot from another process would be a copy.
     robot = next(one for one in (*QUADRUPEDS, HUMANOID) if one.name == name)
 
     def key(foot: Foot) -> tuple[str, float]:
@@ -91,7 +91,7 @@ class Counts:
     slides: int = 0
     """Slides in stances with P > ½ before."""
     fast: int = 0
-    """Of them, faster than 0.1 m/s."""
+    """Number of these slides that are faster than 0.1 m/s."""
     found: int = 0
     """Fast slides in which P falls below ½."""
     found_early: int = 0
@@ -106,7 +106,7 @@ class Counts:
     trusted: float = 0.0
     """Time of stable contact with P > ½, s."""
     decided: float = 0.0
-    """The same, with the decision, s."""
+    """Time of stable contact in which the decision is stable, s."""
     stable: float = 0.0
     """Time of stable contact, s."""
 

@@ -12,7 +12,7 @@ from .quadruped import Command
 from .world import GRAVITY
 
 STANDS_FIRST = 1.2
-"""Each plan begins with a stand, s."""
+"""Duration of the stand with which each plan begins, s."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Motion:
     plan: Callable[[float, float], Command]
     """Command at a time, s, of a robot with a height, m."""
     ripple: float = 0.006
-    """Of the motors: standard deviation of the torque, as a share of 0.6 · weight · height."""
+    """Ripple of the motors: standard deviation of the torque, as a share of 0.6 · weight · height."""
 
     def at(self, height: float) -> Callable[[float], Command]:
         return lambda t: Command() if t < STANDS_FIRST else self.plan(t, height)

@@ -45,13 +45,13 @@ class Command:
     turn: float = 0.0
     """About up, rad/s."""
     period: float = 0.5
-    """Of a cycle of the gait, s."""
+    """Duration of a cycle of the gait, s."""
     duty: float = 0.58
     """Part of a cycle for which a foot of a trot stands."""
     clearance: float = 0.22
     """Height of a swing, as a share of h."""
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Of the body from the middle of the feet, as a share of h."""
+    """Displacement of the body from the middle of the feet, as a share of h."""
     tilt: tuple[float, float] = (0.0, 0.0)
     """Roll and pitch of the body, rad."""
     push: float = 0.0
@@ -134,7 +134,7 @@ class Quadruped:
             self._hold(command, rotation, level)
         self.was_carried = command.carried is not None
         data.xfrc_applied[self.base, 1] += command.push * self.world.weight
-        # Motors and gears are not silent: noise below 64 Hz.
+        # Motors and gears are not silent, so their torque has noise below 64 Hz.
         self.noise += -400.0 * PERIOD * self.noise + np.sqrt(800.0 * PERIOD) * self.random.normal(size=12)
         torques = torques + self.ripple * self.limits * self.noise.reshape(4, 3)
         data.qfrc_applied[:] = 0.0
@@ -178,7 +178,7 @@ class Quadruped:
         return jacobian
 
     def _inertia(self) -> Array:
-        """Of the whole robot about its centre of mass, kg m²."""
+        """Inertia of the whole robot about its centre of mass, kg m²."""
         data, total = self.data, np.zeros((3, 3))
         for body in range(1, self.model.nbody):
             turned, arm = data.ximat[body].reshape(3, 3), data.xipos[body] - data.subtree_com[self.base]
@@ -292,7 +292,7 @@ class Quadruped:
             if self.legs.stands[leg]:
                 torques[leg] = data.qfrc_bias[dofs] - own.T @ forces[leg]
                 if command.harness:
-                    # A leg on grease resists the motion of its foot, as gears do.
+                    # A leg on grease resists the motion of its foot, because its gears do.
                     torques[leg] -= own.T @ (2.0 * self.mass * (jacobian @ data.qvel))
                 continue
             at, speed = self._swing(command, leg, float(progress[leg]), level)
@@ -406,7 +406,7 @@ def _wrapped(angle: float) -> float:
 
 
 def _smooth(part: float) -> float:
-    """From 0 to 1, with no speed and acceleration at both ends."""
+    """Smooth curve from 0 to 1, with zero speed and acceleration at both ends."""
     part = min(max(part, 0.0), 1.0)
     return part**3 * (10.0 - 15.0 * part + 6.0 * part**2)
 

@@ -23,10 +23,10 @@ RATES = (1000.0, 416.0)
 """Sample rates, Hz."""
 
 SETTLED = 0.5
-"""The first part of a simulation is left out, in which the robot settles on its feet, s."""
+"""Duration of the first part of a simulation, in which the robot settles on its feet, s. It is left out."""
 
 FELL = 0.5
-"""The last part before a fall is left out, s."""
+"""Duration of the last part before a fall, s. It is left out."""
 
 LOADED = 0.02
 """Load of a foot that is in contact, as a share of the robot's weight."""
@@ -50,7 +50,7 @@ class Foot:
     slide: Array
     """Speed of the point of contact along the ground, m/s, shape (N,)."""
     velocity: Array
-    """Of the IMU, m/s, world frame, shape (N, 3)."""
+    """Velocity of the IMU, m/s, world frame, shape (N, 3)."""
     fell: bool
     """Whether the robot fell. The recording ends before."""
 
@@ -68,7 +68,7 @@ class Motions:
     rate: Array
     """Angular rate, rad/s, frame of the base."""
     velocity: Array
-    """Of the base, m/s, world frame."""
+    """Velocity of the base, m/s, world frame."""
     quaternion: Array
     """w, x, y, z, base → world."""
     middles: Array
@@ -157,7 +157,7 @@ def _simulated(robot: Robot, motion: str) -> dict[str, Array]:
 
 
 def _digest() -> str:
-    """Of the sources and the simulator, which decide the bits of a simulation."""
+    """Digest of the sources and the simulator, which decide the bits of a simulation."""
     of = hashlib.sha256(mujoco.__version__.encode())
     for path in sorted(Path(__file__).parent.glob("*.py")):
         if path.name in ("world.py", "quadruped.py", "humanoid.py", "motions.py", "sensor.py", "recorded.py"):

@@ -15,18 +15,18 @@ OFFSET = (0.5, 1.0)
 """Least and largest offset of an axis, as a share of `LARGEST_OFFSET`."""
 
 LARGEST_OFFSET = (0.040 * GRAVITY, np.radians(1.0))
-"""Of the accelerometer, m/s², and the gyroscope, rad/s."""
+"""Largest offset of the accelerometer, m/s², and of the gyroscope, rad/s."""
 
 NOISE = (70e-6 * GRAVITY, np.radians(3.8e-3))
 """Density of the noise, m/s² and rad/s per √Hz."""
 
 CODE = (16.0 * GRAVITY / 32768.0, np.radians(0.07))
-"""Value of a code, m/s² and rad/s."""
+"""Size of one code, m/s² and rad/s."""
 
 RANGE = (16.0 * GRAVITY, np.radians(2000.0))
 
 CUTOFF = 1.0 / 3.0
-"""Of the filter of second order, as a share of the sample rate."""
+"""Cutoff of the filter of second order, as a share of the sample rate."""
 
 
 def readings(

@@ -33,7 +33,7 @@ CONSTANTS = (0.02, 0.05, 0.15, 0.5)
 """Candidates for σ, m/s."""
 
 NOT_USED = 50.0
-"""Larger σ, m/s, are not used."""
+"""Largest σ that is used, m/s."""
 
 EVERY = 5
 """Samples between two measurements: 200 Hz."""
@@ -43,7 +43,7 @@ START = np.repeat([2e-2, 1e-2, 1e-3, 2e-1], 3) ** 2
 """Variances of orientation, velocity and biases: per second, and at the start."""
 
 STILL = 0.5
-"""The robot stands at first, s: that gives the vertical."""
+"""Duration of the stand at the start, s, from which the filter takes the vertical."""
 
 
 def of_base(robot: Robot) -> tuple[str, dict[str, Any]]:

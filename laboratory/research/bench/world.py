@@ -29,7 +29,7 @@ FRICTION = 0.8
 
 FIRM = {"solref": [0.006, 1.0], "solimp": [0.95, 0.99, 0.001, 0.5, 2.0]}
 SOFT = {"solref": [0.03, 1.0], "solimp": [0.97, 0.99, 0.01, 0.5, 2.0]}
-"""Contact of a floor: time constant in s, damping ratio, and how much of it is rigid."""
+"""Contact of a floor: time constant in s, damping ratio, and impedance (1 is rigid)."""
 
 HEIGHT = 0.03
 """Distance of an IMU from the middle of a foot, towards the knee, m."""

@@ -84,7 +84,7 @@ COLUMNS: dict[str, tuple[Any, str]] = {
 """Columns of a row: type of Arrow and meaning. Those from `start_s` on are null where `status` is not ``done``."""
 
 SCHEMA = pyarrow.schema([(name, kind) for name, (kind, _) in COLUMNS.items()])
-"""The same as a schema of Arrow."""
+"""The columns as a schema of Arrow."""
 
 TASKS = 64
 """Number of recordings up to which each has a task of its own."""
@@ -322,7 +322,7 @@ def _estimated(recording: _Recording, call: _Call) -> list[Row]:
             results = estimate_file(path, **options, foot=recording.foot)
         return [_done(recording, result, call) for result in results]
     except Exception as error:
-        # Whatever a file system raises about this recording concerns no other.
+        # An error that a file system raises about this recording does not stop the others.
         status = "refused" if is_read and isinstance(error, ValueError) else "failed"
         why = str(error).replace(path, recording.name) or type(error).__name__
         return [_row_of(recording, status, why)]
@@ -348,7 +348,7 @@ def _row_of(recording: _Recording, status: str, error: str | None = None) -> Row
 
 
 def _done(recording: _Recording, result: Result, call: _Call) -> Row:
-    """The row of a foot. Its estimates are written before, if they are wanted."""
+    """The row of a foot. If estimates of each sample were requested, they are written first."""
     row = _row_of(recording, "done")
     row["foot"] = result.foot or row["foot"]
     start = float(result.t[0])

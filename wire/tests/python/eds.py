@@ -61,7 +61,7 @@ def main(eds, objects):
                 default = number(row["default"], data_type)
             found_default = variable.default
             if data_type == REAL32:
-                # python-canopen keeps the text, and takes no bits for a value.
+                # python-canopen keeps the text of a default, and does not convert bit patterns to values.
                 assert found_default in (None, default), (where, found_default)
                 found_default = as_written(variable.default_raw)
             assert same(found_default, default, data_type), (where, found_default)
@@ -88,7 +88,7 @@ def main(eds, objects):
                     found_limit,
                     limit,
                 )
-    # And nothing that the foot does not have.
+    # The EDS has nothing that the foot does not have.
     for index in od:
         entry = od[index]
         subs = [0] if isinstance(entry, ODVariable) else list(entry)

@@ -79,7 +79,7 @@ def configures_a_bus(folder, eds, bus):
     assert low <= overflow <= high, "the SYNCs have no numbers"
     # The master receives the PDOs that the foot sends.
     assert len(master.rpdo) == 7 and len(master.tpdo) == 1
-    # It also writes the values of bus.yml.
+    # The master also writes the values of bus.yml.
     name, foot = next(item for item in settings.items() if item[0] != "master")
     writes = b"".join(
         struct.pack("<HBLL", sdo["index"], sdo["sub_index"], 4, sdo["value"])

@@ -267,7 +267,7 @@ def check_mismatch(footfall, samples, *arguments):
     participant = DomainParticipant(domain_of(arguments))
     samples = samples_of(samples)
     robot = Robot(domain_of(arguments), "best_effort")
-    # It asks that lost messages are sent again.
+    # This subscriber asks that lost messages are sent again.
     readers = contact_readers(participant, ["FL"])
     program = started(footfall, [*arguments, "--reliability", "best-effort", "ros2:XX=/nowhere/imu"])
     robot.wait_for_subscriber(program)

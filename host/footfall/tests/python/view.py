@@ -1,4 +1,4 @@
-"""A client of `footfall view`, from the libraries of others.
+"""A client of `footfall view`, from third-party libraries.
 
 usage: view.py compare PROGRAM SOURCE REC.mcap
        view.py slow PROGRAM SOURCE

@@ -40,7 +40,7 @@ def receives_what_is_due(path, dbc, log):
     sequence = [contact["Sequence"] for contact in decoded]
     steps = {(b - a) % 256 for a, b in zip(sequence, sequence[1:])}
     assert steps == {1}, f"gaps: {steps}"
-    # It is valid once up is found, within the first second, but for landings beyond the sensor's range.
+    # A contact is valid once up is known, within the first second, except for landings beyond the sensor's range.
     invalid = [
         index
         for index, contact in enumerate(decoded)
@@ -49,7 +49,7 @@ def receives_what_is_due(path, dbc, log):
     assert invalid == list(range(len(invalid))) and len(invalid) < 1000, len(invalid)
     high = sum(contact["StableContactProbability"] > 0.9 for contact in decoded)
     assert CONTACTS // 10 < high, f"{high} of {CONTACTS} are stable"
-    # Every 20 ms, 100 ms, 1 s and 10 ms, of 1 ms.
+    # Periods of 20 ms, 100 ms and 1 s, in contacts of 1 ms.
     for function, every in ((0x380, 20), (0x480, 20), (0x300, 20), (0x500, 100), (0x400, 1000)):
         count = len(frames[function + FOOT])
         assert abs(count - CONTACTS // every) <= 1, f"{function:#x}: {count}"

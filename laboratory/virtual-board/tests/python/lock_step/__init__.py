@@ -17,7 +17,7 @@ EPOCH = 1_609_459_200
 
 
 class Line:
-    """A socket, and the time that its answers have."""
+    """A socket, and the boards' time in its newest answer."""
 
     current = None
     micros = 0
