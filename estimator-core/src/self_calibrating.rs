@@ -531,9 +531,9 @@ impl Classes {
 
     /// Splits the counts into the classes.
     ///
-    /// With s seconds below the split, and d the sum of those seconds times their distance from the mean of all, the
-    /// split has the largest d²/(s · rest). Distances are in steps, times all seconds, so that one pass without a
-    /// division finds it.
+    /// The best split has the largest d²/(s · rest): s are the seconds below the split, rest those above it, and d is the
+    /// sum over the seconds below of their distance from the mean of all. Distances are in steps times all seconds, so
+    /// one pass without a division finds the split.
     fn split(&mut self) {
         let all = self.seconds;
         let (mut s, mut d, mut distance) = (0.0, 0.0, -self.moment);

@@ -377,7 +377,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Leaves the feeds with messages. There must be only one feed, unless all feeds or several frames are selected.
+    /// Keeps only the feeds that have messages. One feed must be left, unless all feeds or several frames are selected.
     /// Errors list `imus`, the IMUs of all feeds.
     fn select_unnamed(&mut self, imus: Vec<ImuTopic>) -> Result<(), InputError> {
         if self.feeds.is_empty() {

@@ -268,7 +268,7 @@ const KNOWN: [(&str, &str); 14] = [
     ("geometry_msgs/msg/WrenchStamped", "std_msgs/Header header\nWrench wrench"),
     ("geometry_msgs/msg/Wrench", "Vector3 force\nVector3 torque"),
     ("geometry_msgs/msg/Vector3", "float64 x\nfloat64 y\nfloat64 z"),
-    // Of a Go2 and of a GO1 that speaks ROS 2.
+    // State of a Go2, and of a GO1 that speaks ROS 2.
     ("unitree_go/msg/LowState", include_str!("low_state.msg")),
 ];
 
