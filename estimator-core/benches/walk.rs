@@ -1,5 +1,5 @@
-//! The input of the benches: a simulated walk with swings, impacts and stances, so that the share
-//! of samples that need the error function is that of a real gait.
+//! The input of the benches: a simulated walk with swings, impacts and stances, because then as many
+//! samples need the error function as in a real gait.
 
 use estimator_core::{
     AngularRate, ContactEstimator, ImuSample, LinearAcceleration, Params, SpecificForce, Stream,

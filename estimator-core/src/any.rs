@@ -82,7 +82,7 @@ impl<const CAPACITY: usize> AnyEstimator<CAPACITY> {
         }
     }
 
-    /// State learnt so far; with [`Method::HalfWidths`] that of the parameters.
+    /// State learnt so far; with [`Method::HalfWidths`], which learns nothing, the state in the parameters.
     #[must_use]
     pub fn learnt(&self) -> Learnt {
         match self {

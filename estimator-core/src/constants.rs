@@ -87,7 +87,7 @@ constants! {
     /// Duration of the shortest stance, s.
     ///
     /// Only this much of each stance teaches the classes and the usual speed: a foot that stands for a minute would
-    /// otherwise take its own quiet for that of all stances. A rest lasts longer. Default: 0.2, shorter than the
+    /// otherwise expect every stance to be as quiet. A rest lasts longer. Default: 0.2, shorter than the
     /// stances of a trot.
     stance = 0.2, 0.01 to 10.0;
 

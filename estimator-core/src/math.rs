@@ -83,8 +83,8 @@ const LARGEST_EXPONENT: f32 = 80.0;
 /// Bits of a float's fraction.
 const FRACTION_BITS: u32 = 23;
 
-/// The natural logarithm of a positive normal number. Total: any other argument gives a finite value
-/// without meaning; zero gives a value below that of every normal number.
+/// The natural logarithm of a positive normal number. Any other argument gives a finite value without
+/// meaning, except that zero gives less than the logarithm of every normal number.
 #[inline(never)]
 #[must_use]
 pub const fn ln(x: f32) -> f32 {
@@ -99,7 +99,7 @@ pub const fn ln(x: f32) -> f32 {
     exponent as f32 * LN_2 + s * series
 }
 
-/// The exponential function; beyond ±80 that of ±80. A NaN gives that of −80.
+/// The exponential function. An argument beyond ±80 counts as ±80, and a NaN as −80.
 #[inline(never)]
 #[must_use]
 pub const fn exp(x: f32) -> f32 {

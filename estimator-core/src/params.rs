@@ -102,7 +102,7 @@ pub struct HalfWidthParams {
     pub bandwidth: PerAxis<f32>,
     /// Half-width δ per axis, m/s² and rad/s. Motion within ±δ counts as stillness.
     ///
-    /// It belongs to a robot and its controller: those of two robots differ by a factor of twenty. Default: 0.4 m/s² and
+    /// It belongs to a robot and its controller: two robots differed by a factor of twenty. Default: 0.4 m/s² and
     /// 0.04 rad/s, the paper's values for ATLAS.
     pub half_width: PerAxis<f32>,
 }
@@ -155,7 +155,7 @@ pub enum Method {
     HalfWidths,
 }
 
-/// Parameters of an estimator whose method is chosen at run time, as those of a foot and of the program are.
+/// Parameters of an estimator whose method is chosen at run time, as on a foot and in the program.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AnyParams {
     /// The method. Default: self-calibrating, since half-widths belong to a robot.

@@ -661,8 +661,8 @@ impl Turns {
         (below + weight * turn_below) * inverse_root(1.0 + weight * weight)
     }
 
-    /// Notes whether the foot has settled, from the mean mass of the acceleration, that of acceleration and turn, and
-    /// the logarithm of the newest rate.
+    /// Notes whether the foot has settled: from the mean mass of the acceleration (`whole`), the mean mass of acceleration
+    /// and turn (`stillness`), and the logarithm of the newest rate (`v`).
     fn settle(&mut self, constants: &Constants, whole: f32, stillness: f32, v: f32) {
         if stillness < STILL && v > self.edge(constants) {
             self.has_stood_firmly = false;
@@ -952,8 +952,8 @@ impl Evidence {
     }
 }
 
-/// Detection of landings: the acceleration falls from that of a swing to that of a stance, and the swing has lost the
-/// speed that it gained. A foot that is shaken is fastest where its acceleration falls.
+/// Detection of landings: the acceleration falls from the level of a swing to the level of a stance, and the swing has
+/// lost the speed that it gained. A foot that is shaken, by contrast, is fastest when its acceleration falls.
 #[derive(Clone, Copy, Debug)]
 struct Landing {
     /// Share of the newest sample in the mean over a stance.
@@ -973,16 +973,16 @@ struct Landing {
     gained: Vec3,
     /// Sum of their magnitudes: the largest change of speed that they could have caused.
     gained_at_most: f32,
-    /// Whether the acceleration is far below that of the swing.
+    /// Whether the acceleration is far below the level of the swing.
     is_below: bool,
     /// Whether the swing had lost its speed when the acceleration fell below.
     has_landed: bool,
 }
 
-/// Acceleration of the newest sample, compared with that of the swing before.
+/// Acceleration of the newest sample, compared with the swing before.
 #[derive(Clone, Copy, Debug)]
 struct Fall {
-    /// The acceleration has just fallen far below that of the swing.
+    /// The acceleration has just fallen far below the level of the swing.
     begins: bool,
     /// The acceleration is far below, and the swing has lost the speed that it gained.
     lands: bool,

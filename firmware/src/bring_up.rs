@@ -114,8 +114,8 @@ const CALIBRATION_MV: u32 = 3_300;
 /// plus 1 % for the converter.
 const CALIBRATION_CODES: RangeInclusive<u16> = 1_450..=1_555;
 
-/// Supply, mV, from the present code of the chip's reference and that of the factory; `None` if either code is
-/// impossible.
+/// Supply, mV, from two codes of the chip's voltage reference: the present one, and the one stored by the factory.
+/// `None` if a code is impossible.
 #[must_use]
 pub fn supply_mv(code: u16, calibration: u16) -> Option<u32> {
     if !CALIBRATION_CODES.contains(&calibration) {

@@ -1,6 +1,6 @@
 //! A gyroscope bias that drifts while the foot walks costs no stances, although there is no rest in which it could
-//! be learnt; after a sudden change all stances are found again within a minute, and one too large to be followed is
-//! reported.
+//! be learnt. After a sudden change of the bias all stances are found again within a minute, and a change that is too
+//! large to follow is reported.
 
 use std::f32::consts::PI;
 

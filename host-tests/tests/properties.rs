@@ -248,7 +248,7 @@ proptest! {
     }
 }
 
-/// Maximum difference of P from that of the same foot with its sensor mounted differently.
+/// Maximum difference of P between two mountings of the sensor on the same foot.
 const MOUNTED_OTHERWISE: f32 = 0.01;
 
 /// A walk with gravity, and its P.

@@ -1,8 +1,8 @@
-//! The estimate at other sample rates than that of the recording.
+//! The estimate at sample rates other than the rate of the recording.
 //!
-//! A set that was recorded below 390 Hz is judged alike at all rates from there on. Against its own rate it may change by
-//! more, because the slide counts less and less below 250 Hz. ATLAS loses at lower rates than its own: its forces alternate
-//! from sample to sample, which decimation turns into a push.
+//! A set that was recorded below 390 Hz is judged alike at all rates from 390 Hz on. Compared with its own rate the estimate
+//! may change by more, because the slide test counts less and less below 250 Hz. ATLAS gets worse at lower rates than its
+//! own, because its forces alternate from sample to sample, and decimation turns these into a push.
 
 use std::sync::{LazyLock, OnceLock};
 

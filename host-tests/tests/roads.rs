@@ -132,7 +132,7 @@ fn footfall(arguments: &str) -> Result<(), String> {
     arguments.run().map_err(|error| error.to_string())
 }
 
-/// Asserts that a foot equals that of the table except for labels, which bags do not have.
+/// Asserts that a foot equals the foot of the table, except for labels, which bags do not have.
 fn assert_same(foot: &Foot, expected: &Foot, path: &Path) {
     let named = path.display();
     assert_eq!(foot.samples.len(), expected.samples.len(), "{named}");

@@ -71,7 +71,7 @@ fn settings_at_their_limits_leave_swings_that_are_not_stable() {
     }
 }
 
-/// Meaning of a setting: that of the estimator's parameter, which is about one value, else that of the object.
+/// Meaning of a setting: the meaning of the estimator's parameter, which concerns one value, or else of the object.
 fn meaning(setting: &Named) -> String {
     let name = setting.name();
     let about = rows().find(|row| row.name == name).map(|row| row.about.to_owned());

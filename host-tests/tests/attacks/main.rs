@@ -54,8 +54,8 @@ fn any_gait(chance: &mut Chance) -> Gait {
     }
 }
 
-/// Of 480 such gaits 3 lose more than three tenths of a stance, of which 1 is among these: recorded without gravity, with
-/// stances so quiet that the end of the landing counts as a slide.
+/// Of 480 such gaits, 3 lost more than three tenths of a stance. One of the 3 is among the gaits of this test: it is recorded
+/// without gravity, with stances so quiet that the end of the landing counts as a slide.
 #[test]
 fn random_gaits_are_estimated_within_ten_steps_at_every_rate() {
     let mut chance = Chance::new(1);

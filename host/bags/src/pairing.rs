@@ -89,7 +89,7 @@ fn belongs(load: &str, foot: &str) -> bool {
     is_within || leg(load).is_some_and(|load| leg(foot) == Some(load))
 }
 
-/// Returns whether a load has the name of a leg that is not that of the foot.
+/// Returns whether a load is named after another leg than the foot.
 pub(super) fn names_another_leg(load: &str, foot: &str) -> bool {
     leg(load).zip(leg(foot)).is_some_and(|(load, foot)| {
         let ends = load.is_front.zip(foot.is_front);

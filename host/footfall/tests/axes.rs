@@ -226,7 +226,7 @@ fn calibration_of_a_foot_keeps_those_of_others() {
     bench.stdout("calibrate walk.csv --axes x,y,z --foot walk --config all.toml --output all.toml --overwrite");
     let all = read(&bench.path("all.toml"));
     assert!(all.contains("[feet.walk]\naxes = \"x,y,z\"\n"), "{all}");
-    // The axes and the warm start that were found are those of each foot.
+    // Each foot has the axes and the warm start that were found for it.
     let summary = |file: &str| {
         let json = bench.json(&format!("replay {file} --config robot.toml"));
         json["recordings"][0]["estimation"].clone()

@@ -28,7 +28,7 @@ fn row_of_a_stream_is_printed_before_the_next_line_comes() {
         let mut rows = BufReader::new(child.stdout.take().expect("a pipe")).lines();
         let mut lines = input.lines();
         let mut printed = Vec::new();
-        // The first rows show the format, and without a rate those of a second are needed.
+        // The first rows show the format. Without a given rate, the rows of the first second are needed, too.
         for line in lines.by_ref().take(1 + held) {
             writeln!(to, "{line}").expect("it is read");
         }
@@ -103,7 +103,7 @@ fn figure_covers_the_whole_recording() {
     let estimates = estimates_of(&recording, &AnyParams::DEFAULT).expect("the preset");
     let expected = plot::svg(&recording, &estimates).expect("a picture");
     assert!(read(&bench.path("out.svg")) == expected);
-    // The figure matches the one drawn in process, and differs from that of the first estimate alone.
+    // The figure equals the one drawn in process, and differs from a figure of the first estimate alone.
     assert!(expected != plot::svg(&recording, &estimates[..1]).expect("a picture"));
 }
 

@@ -207,7 +207,7 @@ impl FromStr for Units {
     }
 }
 
-/// Rate from which times in ms are those of a foot, Hz, whatever another unit would give.
+/// Rate from which times in ms are plausible for a foot, Hz, whatever rate another unit would give.
 const USUAL_RATE: f64 = 50.0;
 
 /// Largest rate in ms or in ticks, Hz, from which times in s are suspected to be in these units. A slow sensor is not taken
@@ -236,7 +236,7 @@ impl TimeUnit {
     /// Rates of the sensors on feet, Hz.
     pub const RATES_OF_FEET: std::ops::RangeInclusive<f64> = 20.0..=7.0e3;
 
-    /// Units of clocks other than that of one family of sensors.
+    /// Units of time without the ticks that only one family of sensors has.
     pub const COMMON: [Self; 4] =
         [Self::Seconds, Self::Milliseconds, Self::Microseconds, Self::Nanoseconds];
 
@@ -274,8 +274,8 @@ impl TimeUnit {
         }
     }
 
-    /// Returns the units below s in which times are those of a foot, with the rate in each, Hz. `rate_in_s` is the rate if
-    /// the times were in s. Several units fit where times do not tell.
+    /// Returns the units below s in which times are plausible for a foot, with the rate in each, Hz. `rate_in_s` is the rate
+    /// if the times were in s. If the times are ambiguous, several units fit.
     #[must_use]
     pub fn that_fit(rate_in_s: f64) -> Vec<(Self, f64)> {
         let rates = Self::ALL.into_iter().skip(1).map(|unit| (unit, rate_in_s * unit.per_second()));

@@ -1,8 +1,8 @@
 //! Angular rates beyond the range of gyroscopes: they are in another unit.
 //!
-//! A unit fits if the largest rates are within the range of gyroscopes in it, and the quietest ones are those of a foot
-//! that stands. Often °/s and revolutions per minute fit. Then gravity tells them apart: in swings it turns by as much as
-//! the foot. If the swings do not tell, neither is advised.
+//! A unit fits if it puts the largest rates within the range of gyroscopes, and the quietest ones near the rates of a
+//! foot that stands. Often °/s and revolutions per minute both fit. Then gravity distinguishes them, because in a swing it
+//! turns by as much as the foot. If no swing is clear enough, neither unit is advised.
 
 use samples::RecordedSample;
 
@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn no_unit_is_advised_where_two_fit() {
-        // Its forces are those of rest, so that no swing shows how far the foot turned.
+        // The forces stay as at rest, so no swing shows how far the foot turned.
         let mut recording = walk();
         for (k, sample) in (0..).zip(&mut recording.samples) {
             let swings = k % 200 >= 100;

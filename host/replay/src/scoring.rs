@@ -80,7 +80,7 @@ pub struct Metrics {
     /// above one that is not, ties counting half (Mann and Whitney's U over all pairs). `None` if only one label occurs.
     pub roc_auc: Option<f64>,
     /// F1 of the answer "stable" at P above 0.5, in [0, 1], best 1: the harmonic mean of precision and recall. `None` if
-    /// "stable" is neither true nor answered for any sample.
+    /// no sample is labelled or answered "stable".
     pub f1_at_0_5: Option<f64>,
     /// From the label turning stable until the answer is "stable".
     pub latency_on: Latency,

@@ -389,7 +389,7 @@ fn messages_are_counted_by_frame_beside_another_topic() {
         }
         messages.push(message);
     }
-    // The topic of the feet or that of the trunk is the first of the bag.
+    // Either the topic of the feet or the topic of the trunk is the first of the bag.
     for first in [0, 1] {
         let said =
             why(open(&written(Kind::Chunks, &messages[first..], &[]), &InputOptions::default()));
@@ -710,7 +710,7 @@ fn loads_of_all_feet_are_paired_by_name_or_refused() {
     ));
 }
 
-/// Forms of the names of four legs, of which topics of IMUs and of loads may have any.
+/// Forms of the names of four legs. Topics of IMUs and of loads may have any of these forms.
 const LEGS: [[&str; 4]; 5] = [
     ["fl", "fr", "rl", "rr"],
     ["LF", "RF", "LH", "RH"],

@@ -122,7 +122,7 @@ impl Client {
         })
     }
 
-    /// Creates a client for each foot of a line: of a bus, or of the serial lines of simulated feet; or that of `node` alone.
+    /// Creates a client for each foot of a bus, or of the serial lines of simulated feet; with `node`, for this foot alone.
     /// The clients use the line in turn.
     ///
     /// # Errors

@@ -96,9 +96,9 @@ impl Body {
         names.join(", ")
     }
 
-    /// Place of a foot in [`feet`](Self::feet) by its name, topic or frame: the one word of it that is the name of a foot, such
-    /// as that of `go1/FL_foot_imu`, or, of four feet, the words for its sides, such as those of `front_left`. Letters count
-    /// alike in upper and lower case. `None` without such a word, or with those of several feet.
+    /// Place of a foot in [`feet`](Self::feet), found in its name, topic or frame. One word of the text must be the name of a
+    /// foot, such as `FL` in `go1/FL_foot_imu`. For four feet, two words may name the sides, as in `front_left`. Case does not
+    /// matter. `None` if there is no such word, or if the words name several feet.
     #[must_use]
     pub fn place(self, name: &str) -> Option<usize> {
         let words: Vec<String> = name

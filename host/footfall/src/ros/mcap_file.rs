@@ -79,7 +79,7 @@ impl<W: Write + Seek> McapFile<W> {
         self.put(&header, &published.message.cdr())
     }
 
-    /// Appends a message of another bag; without a number of its sender, it has that on its channel.
+    /// Appends a message of another bag. If its sender did not number it, it gets the next number of its channel.
     ///
     /// # Errors
     /// The file cannot be written.

@@ -1,9 +1,9 @@
 //! Messages of ROS 2: their fields in the order of their definitions, their encoding (CDR, little-endian), and their
 //! definitions as stored in recordings.
 //!
-//! The text of a definition contains that of the message, then those of nested messages, each after a line of `=` and
-//! its name. Definitions other than footfall's are interfaces of ROS 2: they have the same names, types and order of
-//! fields.
+//! The text of a definition contains the definition of the message, then the definitions of nested messages, each after a
+//! line of `=` and its name. Definitions other than footfall's are interfaces of ROS 2, with the same names, types and order
+//! of fields.
 
 use estimator_core::{Vec3, VelocitySigma};
 use samples::space::components;

@@ -75,8 +75,8 @@ pub fn clocks() -> ClockConfig {
     ClockConfig::system_freq(CLOCK_HZ).unwrap_or_else(|_| ClockConfig::crystal(12_000_000))
 }
 
-/// Identifier of the flash chip. That of an IS25LP128F has 16 bytes, and that of an AT25SF128A eight, after which nothing
-/// follows.
+/// Identifier of the flash chip. An IS25LP128F sends 16 bytes. An AT25SF128A sends eight, and nothing after
+/// them.
 pub fn identifier(flash: &mut SettingsFlash) -> [u8; 16] {
     let mut id = [0; 16];
     // Zeros identify a board whose chip does not answer.

@@ -24,7 +24,7 @@ const POSSIBLE_KHZ: RangeInclusive<u32> = 3_600..=28_600;
 /// Frequency of a crystal in use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Frequency {
-    /// Measured, kHz: that of the board, as far as the internal oscillator can tell.
+    /// Measured frequency, kHz. It fits the board, within the error of the internal oscillator.
     Measured(u32),
     /// Unknown. The crystal starts, but no crystal can have the measured frequency.
     NotMeasured,

@@ -510,10 +510,10 @@ pub(super) struct Identity {
     device: String,
     /// The version of its program (object 0x100A).
     pub(super) version: String,
-    /// The number of its program (object 0x1F56), hexadecimal: that of the image it was updated with. For a program written
-    /// by a probe, the first digits of its commit, or null if no commit has its sources.
+    /// Number of the foot's program (object 0x1F56), hexadecimal: the number of the image from which it was installed. For a
+    /// program written by a probe, the first digits of its commit, or null if no commit has its sources.
     pub(super) program: Option<String>,
-    /// The number of the program before the last update, of which the foot keeps a copy; null without one.
+    /// Number of the program before the last update, whose copy the foot keeps; null without a copy.
     previous: Option<String>,
     /// Reason the last image was refused or the previous program was restored; null without one.
     refused: Option<&'static str>,
