@@ -45,7 +45,7 @@ def record(folder: Path, count: int, duration: float) -> Path:
 
 
 def bytes_a_sample(folder: Path) -> float:
-    """By how much the memory of a process grows with a recording, for each of its samples."""
+    """Growth of a process's memory with a recording, bytes per sample."""
     for duration in (60, 600):
         record(folder / str(duration), 1, duration)
     code = "import re, sys, footfall; footfall.estimate_file(sys.argv[1])\n"

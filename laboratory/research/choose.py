@@ -68,7 +68,7 @@ class Judged:
 
 
 def recordings() -> list[Judged]:
-    """Every labelled recording, as it is and at the rate of a foot."""
+    """Every labelled recording, at its own rate and at the rate of a foot."""
     found = []
     for robot, names in ROBOTS.items():
         for file in load(names):

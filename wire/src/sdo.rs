@@ -43,7 +43,7 @@ pub enum WriteOutcome {
     Pending,
 }
 
-/// Size of the largest writable value, bytes: that of a number.
+/// Size of the largest writable value, a number, bytes.
 const LARGEST: usize = 4;
 
 /// Data bytes of a segment.

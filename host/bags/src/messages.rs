@@ -71,7 +71,7 @@ pub struct Schema {
 /// Times and number of a message, which its storage keeps beside it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MessageTimes {
-    /// Time at which it was written, ns.
+    /// Time at which the message was written, ns.
     pub log_ns: i64,
     /// Time at which it was sent, ns; the time of writing if the storage has only one time.
     pub publish_ns: i64,

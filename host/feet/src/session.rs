@@ -1,8 +1,8 @@
 //! State of all feet of a robot, from the events of its feed.
 //!
 //! A command that shows, records or publishes streaming feet uses a [`Session`]. It lets the session listen to a feed,
-//! or passes the feed's events to it, and then takes the updates. After each update the state of its foot is that of
-//! the message.
+//! or passes the feed's events to it, and then takes the updates. After each update the foot has the
+//! state of the message.
 //!
 //! A foot is silent if nothing was received from it during the [listening time](Listening).
 

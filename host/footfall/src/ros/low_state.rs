@@ -1,5 +1,5 @@
-//! The states of a Unitree robot, with the forces of its feet replaced by their contacts while they come: joint angles,
-//! battery and all else are kept.
+//! The states of a Unitree robot, published again as they come. The contacts replace the forces of the feet, whereas joint
+//! angles, battery and all other fields are kept.
 
 use std::convert::Infallible;
 use std::sync::atomic::{AtomicBool, Ordering};

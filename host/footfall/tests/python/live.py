@@ -130,7 +130,7 @@ class Robot:
             time.sleep(0.02)
 
     def publish(self, stamp_ns, readings, force, scale=1.0):
-        """A sample of each foot; `force` is that of all of them."""
+        """A sample of each foot; all feet have the force `force`."""
         layout = Float64MultiArray.Layout(dim=[], data_offset=0)
         self.forces.write(Float64MultiArray(layout=layout, data=[force] * len(TOPICS)))
         ax, ay, az, wx, wy, wz = readings

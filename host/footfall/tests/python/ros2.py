@@ -126,7 +126,7 @@ def check_package():
 def recorded(path):
     """Messages of a recording, by topic."""
     messages = defaultdict(list)
-    # In the order of the file, which is that of each topic.
+    # The messages of each topic come in the order of the file.
     for message in read_ros2_messages(path, log_time_order=False):
         messages[message.channel.topic].append(message.ros_msg)
     return messages

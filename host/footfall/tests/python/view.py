@@ -198,7 +198,7 @@ def plain(value):
 
 
 def same(one, other):
-    # Equal, unless a number in it is NaN.
+    # Messages are equal, unless a number in them is NaN.
     if one == other:
         return True
     if isinstance(one, dict):
@@ -226,7 +226,7 @@ def decoded(messages, channels):
 
 def recorded(path):
     messages = defaultdict(list)
-    # In the order of the file, which is that of each topic.
+    # The messages of each topic come in the order of the file.
     for message in read_ros2_messages(path, log_time_order=False):
         entry = (message.log_time_ns, plain(message.ros_msg))
         messages[message.channel.topic].append(entry)
