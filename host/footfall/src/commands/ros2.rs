@@ -78,14 +78,20 @@ impl Ros2Arguments {
 
 impl Sink for FootNode {
     fn publish(&mut self, published: Published) -> Result<(), Error> {
-        warn_of_others(self);
+        look_around(self);
         Ok(Self::publish(self, published)?)
     }
 
     fn idle(&mut self) -> Result<(), Error> {
-        warn_of_others(self);
+        look_around(self);
         Ok(())
     }
+}
+
+/// Looks for subscribers and for other nodes.
+fn look_around(node: &mut FootNode) {
+    node.renew_routes();
+    warn_of_others(node);
 }
 
 /// Warns once about another node of the same name, once about one that publishes the same topic, and once for each policy

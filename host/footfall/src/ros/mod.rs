@@ -11,6 +11,7 @@
 //! | node that publishes the messages | `node`, with the feature `ros2` |
 //! | topics of IMUs as a line of feet; definitions of an installation of ROS | `subscriber`, `definitions`, the same |
 //! | the states of a Unitree robot with other forces | `low_state`, the same |
+//! | routes to subscribers on this machine | `routes`, the same |
 
 pub mod bridge;
 pub mod compat;
@@ -24,6 +25,8 @@ pub mod message;
 #[cfg(feature = "ros2")]
 pub mod node;
 pub mod recording;
+#[cfg(feature = "ros2")]
+mod routes;
 #[cfg(feature = "ros2")]
 pub mod subscriber;
 pub mod topics;

@@ -25,6 +25,7 @@ use crate::ros::Compat;
 use crate::ros::compat::LOW_STATE_TOPIC;
 use crate::ros::low_state::LowStateMerger;
 use crate::ros::message::{Definition, RosMessage};
+use crate::ros::routes::Routes;
 use crate::ros::topics::{DIAGNOSTICS, Published};
 
 /// Depth of the history of diagnostics, the same as in `diagnostic_updater`.
@@ -94,7 +95,15 @@ impl FootNodeOptions {
             DIAGNOSTICS => (Reliability::Reliable, DIAGNOSTICS_DEPTH),
             _ => (self.reliability, self.depth),
         };
-        let qos = Self::profile(depth);
+        Self::reliable_or_not(Self::profile(depth), reliability)
+    }
+
+    /// Quality of service of merged states.
+    fn merged_qos(&self) -> QosPolicies {
+        Self::reliable_or_not(Self::profile(self.depth), self.reliability).into()
+    }
+
+    fn reliable_or_not(qos: QosProfile, reliability: Reliability) -> QosProfile {
         match reliability {
             // A subscriber that does not read must not delay messages to others.
             Reliability::Reliable => qos.reliability_reliable(WhenFull::Fail),
@@ -227,6 +236,9 @@ pub struct FootNode {
     next_mismatch_look: Instant,
     /// Reported policies that such subscribers ask for.
     mismatches: BTreeSet<String>,
+    /// Routes to subscribers on this machine, and when they are chosen again.
+    routes: Routes,
+    next_renewal: Instant,
     /// Merger of the states of a Unitree robot, if they are wanted.
     merger: Option<LowStateMerger>,
 }
@@ -295,6 +307,8 @@ impl FootNode {
             merger,
             next_mismatch_look: Instant::now() + LOOK_EACH,
             mismatches: BTreeSet::new(),
+            routes: Routes::default(),
+            next_renewal: Instant::now(),
             options,
             topics: BTreeMap::new(),
             node,
@@ -348,14 +362,7 @@ impl FootNode {
             return None;
         }
         self.next_mismatch_look = now + LOOK_EACH;
-        let offered: BTreeMap<String, QosPolicies> = self
-            .topics
-            .iter()
-            .filter_map(|(topic, published)| {
-                let name = self.options.topic(topic)?.to_string();
-                Some((name, published.qos.clone()))
-            })
-            .collect();
+        let offered = self.offered();
         for reader in self.participant.discovered_readers() {
             let requested = &reader.subscription_topic_data;
             let Some(name) = requested.topic_name().strip_prefix("rt") else { continue };
@@ -379,6 +386,31 @@ impl FootNode {
             ));
         }
         None
+    }
+
+    /// Chooses the routes to subscribers on this machine again where they may be missing, at most once a second.
+    pub fn renew_routes(&mut self) {
+        let now = Instant::now();
+        if now < self.next_renewal {
+            return;
+        }
+        self.next_renewal = now + LOOK_EACH;
+        let mut offered = self.offered();
+        if self.merger.is_some()
+            && let Some(name) = self.options.topic(LOW_STATE_TOPIC)
+        {
+            offered.insert(name.to_string(), self.options.merged_qos());
+        }
+        self.routes.renew(&self.participant, |name| offered.get(name).cloned());
+    }
+
+    /// Returns the quality of service of each topic, by its full name.
+    fn offered(&self) -> BTreeMap<String, QosPolicies> {
+        let named = self.topics.iter().filter_map(|(topic, published)| {
+            let name = self.options.topic(topic)?.to_string();
+            Some((name, published.qos.clone()))
+        });
+        named.collect()
     }
 
     /// Publishes a message without blocking; a message that does not fit into the queue is counted.
@@ -451,15 +483,7 @@ fn merger(
 ) -> io::Result<LowStateMerger> {
     let topic = options.topic(LOW_STATE_TOPIC).map(|name| name.to_string());
     let dds_topic = format!("rt{}", topic.unwrap_or_default());
-    let qos = match options.reliability {
-        Reliability::Reliable => {
-            FootNodeOptions::profile(options.depth).reliability_reliable(WhenFull::Fail)
-        }
-        Reliability::BestEffort => {
-            FootNodeOptions::profile(options.depth).reliability_best_effort()
-        }
-    };
-    LowStateMerger::start(participant.clone(), dds_topic, qos.into())
+    LowStateMerger::start(participant.clone(), dds_topic, options.merged_qos())
 }
 
 /// Returns whether two different participants have nodes of the same namespace and name.

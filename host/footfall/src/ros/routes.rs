@@ -1,0 +1,121 @@
+//! Routes to subscribers on this machine, found again where `rustdds` missed them.
+//!
+//! `rustdds` sends to an address of the loopback interface only if a datagram of that participant came from it, and knows a
+//! datagram's participant by its header alone. `CycloneDDS` gives the participants of a process one socket, and puts messages of
+//! several of them into one datagram. So a subscriber may be matched before its own participant was seen, and then it gets
+//! nothing as long as it lives. Another writer of the topic makes `rustdds` choose the routes to all its subscribers again, so
+//! such topics get one for a second.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::net::SocketAddr;
+
+use rustdds::no_key::DataWriter;
+use rustdds::{DomainParticipant, GUID, QosPolicies, TopicKind};
+
+use crate::ros::subscriber::{AnyMessage, Message};
+
+/// How often the route to a subscriber is chosen again, once a second. A reliable subscriber of `CycloneDDS` sends a datagram of
+/// its own within the first second.
+const TIMES: u8 = 5;
+
+/// Subscribers that share a socket of this machine with other participants.
+#[derive(Default)]
+pub(super) struct Routes {
+    /// How often the route of each was chosen again.
+    chosen: BTreeMap<GUID, u8>,
+    /// Writers that exist until the next look.
+    writers: Vec<DataWriter<Message, AnyMessage>>,
+}
+
+impl Routes {
+    /// Chooses the routes of such subscribers again if `qos_of` knows the topic, by its name in ROS. To be called once a second.
+    pub(super) fn renew(
+        &mut self,
+        participant: &DomainParticipant,
+        qos_of: impl Fn(&str) -> Option<QosPolicies>,
+    ) {
+        self.writers.clear();
+        let readers = participant.discovered_readers();
+        let writers = participant.discovered_writers();
+        let of_readers = readers.iter().map(|reader| {
+            let proxy = &reader.reader_proxy;
+            (proxy.remote_reader_guid, &proxy.unicast_locator_list)
+        });
+        let of_writers = writers.iter().map(|writer| {
+            let proxy = &writer.writer_proxy;
+            (proxy.remote_writer_guid, &proxy.unicast_locator_list)
+        });
+        let endpoints = of_readers.chain(of_writers).flat_map(|(guid, locators)| {
+            locators.iter().map(move |locator| (SocketAddr::from(*locator), guid.prefix))
+        });
+        let shared = shared_local(endpoints);
+        let mut renewed = BTreeSet::new();
+        for reader in &readers {
+            let locators = &reader.reader_proxy.unicast_locator_list;
+            let mut addresses = locators.iter().map(|locator| SocketAddr::from(*locator));
+            if !addresses.any(|address| shared.contains(&address)) {
+                continue;
+            }
+            let topic = reader.subscription_topic_data.topic_name();
+            let Some(qos) = topic.strip_prefix("rt").and_then(&qos_of) else { continue };
+            let times = self.chosen.entry(reader.reader_proxy.remote_reader_guid).or_default();
+            if *times >= TIMES {
+                continue;
+            }
+            *times += 1;
+            if renewed.insert(topic.clone()) {
+                let dds_type = reader.subscription_topic_data.type_name();
+                self.writers.extend(writer(participant, topic, dds_type, &qos));
+            }
+        }
+    }
+}
+
+/// Returns the addresses of the loopback interface that several participants have.
+fn shared_local<P: PartialEq>(
+    endpoints: impl Iterator<Item = (SocketAddr, P)>,
+) -> BTreeSet<SocketAddr> {
+    let mut owners = BTreeMap::new();
+    let mut shared = BTreeSet::new();
+    for (address, participant) in endpoints.filter(|(address, _)| address.ip().is_loopback()) {
+        let is_other = owners.get(&address).is_some_and(|owner| *owner != participant);
+        if is_other {
+            shared.insert(address);
+        }
+        owners.entry(address).or_insert(participant);
+    }
+    shared
+}
+
+/// Creates a writer. Without it, the routes stay as they are.
+fn writer(
+    participant: &DomainParticipant,
+    topic: &str,
+    dds_type: &str,
+    qos: &QosPolicies,
+) -> Option<DataWriter<Message, AnyMessage>> {
+    let topic =
+        participant.create_topic(topic.to_owned(), dds_type.to_owned(), qos, TopicKind::NoKey);
+    let publisher = participant.create_publisher(qos).ok()?;
+    publisher.create_datawriter_no_key(&topic.ok()?, Some(qos.clone())).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_sockets_of_several_participants_are_shared() {
+        let address = |text: &str| -> SocketAddr { text.parse().expect("an address") };
+        let endpoints = [
+            ("127.0.0.1:7411", 1),
+            ("127.0.0.1:7411", 1),
+            ("127.0.0.1:7413", 2),
+            ("127.0.0.1:7413", 3),
+            ("192.0.2.1:7413", 4),
+            ("192.0.2.1:7413", 5),
+        ];
+        let shared = shared_local(endpoints.map(|(text, id)| (address(text), id)).into_iter());
+        assert_eq!(shared, BTreeSet::from([address("127.0.0.1:7413")]));
+    }
+}
