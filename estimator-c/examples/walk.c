@@ -14,6 +14,11 @@ static uint32_t bits(float value) {
     return bits;
 }
 
+/* Little-endian word. */
+static unsigned long word(const uint8_t *bytes) {
+    return bytes[0] | (unsigned long)bytes[1] << 8 | (unsigned long)bytes[2] << 16 | (unsigned long)bytes[3] << 24;
+}
+
 /* Prints the bits of numbers. */
 static void print(const float *values, int count) {
     for (int i = 0; i < count; i++) printf(" %08lx", (unsigned long)bits(values[i]));
@@ -56,7 +61,7 @@ int main(void) {
         print(e.angular_rate_rad_s, 3);
         print(e.gyro_bias_rad_s, 3);
         print(&e.velocity_sigma_m_s, 1);
-        printf(" %u %u %u\n", e.decision, e.phase, e.flags);
+        printf(" %u %u %u\n", e.decision, e.phase, (unsigned)e.flags);
 #else
         printf("%.3f s  P %.3f  %s\n", (double)e.timestamp_us / 1e6, (double)e.stable,
                e.decision == FOOTFALL_STABLE ? "stable" : "");
@@ -64,9 +69,10 @@ int main(void) {
     }
     if (failed(footfall_estimator_learnt(estimator, &learnt))) return 1;
 #ifdef BITS
+    int i;
     printf("learnt");
-    print(learnt.values, 5);
-    printf(" %08lx\n", (unsigned long)learnt.crc);
+    for (i = 1; i < 7; i++) printf(" %08lx", word(&learnt.bytes[4 * i]));
+    printf("\n");
 #endif
     return 0;
 }

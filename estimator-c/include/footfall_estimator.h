@@ -1,7 +1,7 @@
 /* Stable-contact probability of a robot's foot, from the IMU on it. C99 and C++.
  *
- * The method is self-calibrating: it learns its limits while the foot walks. It has no window, so an estimator takes at
- * most 1 KiB. The paper's method with configured half-widths is only in the Rust library.
+ * The method is self-calibrating: it learns its limits while the foot walks. It has no window, so an estimator takes little
+ * more than 1 KiB. The paper's method with configured half-widths is only in the Rust library.
  *
  * The library has no allocation, no global state, no locks, no input or output. Use an estimator in one thread or
  * interrupt at a time; several estimators are independent. The computation is additions, multiplications, divisions and
@@ -44,8 +44,12 @@ enum {
 };
 typedef int32_t footfall_error;
 
-/* Memory of one estimator. Other memory needs footfall_estimator_size() bytes, aligned to footfall_estimator_align(). */
-#define FOOTFALL_ESTIMATOR_SIZE 1024
+/* Memory of one estimator. Other memory needs footfall_estimator_size() bytes, aligned to footfall_estimator_align(). The
+ * difference of a third is room for later versions.
+ *
+ * You may move an estimator: it holds no pointer, so copy its bytes to other memory of this size and alignment, and use them
+ * there. If you use both copies, each goes on from the state at the time of the copy. */
+#define FOOTFALL_ESTIMATOR_SIZE 1536
 typedef union {
     uint64_t align;
     unsigned char bytes[FOOTFALL_ESTIMATOR_SIZE];
@@ -54,12 +58,11 @@ typedef union {
 /* An estimator in the caller's memory. */
 typedef struct footfall_estimator footfall_estimator;
 
-/* State learnt from a foot. Store its 28 bytes unchanged. footfall_estimator_init() returns an error for a state with a
- * flipped bit, of another version, or of zeros. Without a state the foot learns again. */
+/* State learnt from a foot. Store its 28 bytes unchanged. They are the same on every machine: seven little-endian words, a
+ * version, five numbers in binary32, and the CRC-32 (ISO-HDLC) of the bytes before. footfall_estimator_init() returns an error
+ * for a state with a flipped bit, of another version, or of zeros. Without a state the foot learns again. */
 typedef struct {
-    uint32_t version; /* changes with the meaning of a value */
-    float values[5];
-    uint32_t crc; /* CRC-32 (ISO-HDLC) of the bytes before */
+    uint8_t bytes[28];
 } footfall_learnt;
 
 enum { FOOTFALL_GRAVITY_INCLUDED = 0, FOOTFALL_GRAVITY_REMOVED = 1 };
@@ -94,22 +97,25 @@ enum {
 
 /* Reading of an IMU: right-handed axes, the same for both sensors. */
 typedef struct {
-    uint64_t timestamp_us;        /* time of acquisition, microseconds from any start, increasing */
+    uint64_t timestamp_us;        /* time of acquisition, microseconds from any start, increasing; see _update() for jumps */
     float specific_force_m_s2[3]; /* x, y, z; at rest 9.81 upwards */
     float angular_rate_rad_s[3];
     uint8_t validity; /* FOOTFALL_SAMPLE_... */
 } footfall_sample;
 
-/* Bits of footfall_estimate.flags: reasons to doubt. All but TIME_GAP and SETTLING end the decision "stable". */
+/* Bits of footfall_estimate.flags: reasons to doubt. All but TIME_GAP, SETTLING, UNIT and GRAVITY end the decision "stable". Later
+ * versions may set more bits. */
 enum {
     FOOTFALL_FLAG_WINDOW_NOT_FULL = 1, /* the first samples for which up is known */
     FOOTFALL_FLAG_ATTITUDE_NOT_INITIALISED = 2,
     FOOTFALL_FLAG_SATURATED = 4,
     FOOTFALL_FLAG_STALE = 8,
-    FOOTFALL_FLAG_INVALID_SAMPLE = 16, /* not finite, beyond any sensor, or not later than the one before */
+    FOOTFALL_FLAG_INVALID_SAMPLE = 16, /* not finite, beyond any sensor, not later than the one before, or of a time that jumped */
     FOOTFALL_FLAG_TIME_GAP = 32,
     FOOTFALL_FLAG_SETTLING = 64, /* few steps so far: the limits are those for any foot; permanent if the unit is wrong */
-    FOOTFALL_FLAG_UNPROVEN = 128 /* neither rested nor landed for longer than a stride: the probability is at most 0.5 */
+    FOOTFALL_FLAG_UNPROVEN = 128, /* neither rested nor landed for longer than a stride: the probability is at most 0.5 */
+    FOOTFALL_FLAG_UNIT = 256,     /* footfall_estimator_check_unit() returns an error, and another flag is set */
+    FOOTFALL_FLAG_GRAVITY = 512   /* gravity is "removed" by the parameters, but not from the samples: never stable */
 };
 
 enum { FOOTFALL_NOT_STABLE = 0, FOOTFALL_STABLE = 1 };
@@ -134,9 +140,10 @@ typedef struct {
     float angular_rate_rad_s[3];       /* without bias; 0 if unknown */
     float gyro_bias_rad_s[3];
     float velocity_sigma_m_s; /* standard deviation of "the foot's velocity is 0" */
+    uint32_t flags;           /* FOOTFALL_FLAG_... */
     uint8_t decision;         /* FOOTFALL_STABLE or FOOTFALL_NOT_STABLE, debounced */
     uint8_t phase;            /* FOOTFALL_PHASE_... */
-    uint8_t flags;            /* FOOTFALL_FLAG_... */
+    uint8_t reserved[6];      /* 0 */
 } footfall_estimate;
 
 /* Version of the library; equal to FOOTFALL_VERSION if header and library come from the same archive. */
@@ -160,7 +167,11 @@ footfall_error footfall_estimator_init(void *memory, size_t size, const footfall
 /* Processes the next sample. `load` is the load on the foot, or NULL if it is unknown; an infinite or NaN load counts as
  * unknown. An infinite or NaN sample is not an error: it lowers the probability and sets FOOTFALL_FLAG_INVALID_SAMPLE.
  * An error leaves the estimator unchanged and writes the doubtful estimate to `*estimate`: not stable, probability 0,
- * sigma 100 m/s, no turn, FOOTFALL_FLAG_INVALID_SAMPLE. */
+ * sigma 100 m/s, no turn, FOOTFALL_FLAG_INVALID_SAMPLE.
+ *
+ * A timestamp that jumps backwards, or forwards by more than 13 ms and a missing sample, makes this one sample invalid. If
+ * the next timestamp comes back, nothing else happens. If it does not, the jump was real: a gap has TIME_GAP at the next
+ * sample, and after a clock was set back the estimator goes on. */
 footfall_error footfall_estimator_update(footfall_estimator *estimator, const footfall_sample *sample,
                                          const float *load, footfall_estimate *estimate);
 

@@ -9,7 +9,7 @@ use core::mem::MaybeUninit;
 use core::{ptr, slice};
 
 use crate::error::{self, Error};
-use crate::estimator::{self, Estimator, MOST_SAMPLES, READY};
+use crate::estimator::{self, Before, Estimator, MOST_SAMPLES, READY};
 use crate::types::{CEstimate, CLearnt, CParams, CSample};
 
 const VERSION: &CStr =
@@ -109,6 +109,8 @@ pub unsafe extern "C" fn footfall_estimator_init(
         // SAFETY: Aligned, and large enough; nothing that was there needs to be dropped.
         let place = unsafe { &mut *(&raw mut (*this).core).cast::<MaybeUninit<_>>() };
         estimator::build(place, config);
+        // SAFETY: As above.
+        unsafe { (&raw mut (*this).before).write(Before::new(config.1)) };
         // SAFETY: As above.
         unsafe { (&raw mut (*this).ready).write(READY) };
         // SAFETY: As above.

@@ -2,13 +2,15 @@
 
 use core::mem::MaybeUninit;
 
-use estimator_core::{Config, ContactEstimator, Load, Stream, Timestamp};
+use estimator_core::clock::Bridge;
+use estimator_core::gravity::GravityCheck;
+use estimator_core::{Config, ContactEstimate, ContactEstimator, Flag, Load, Stream, Timestamp};
 
 use crate::error::Error;
 use crate::types::{CEstimate, CLearnt, CParams, CSample};
 
 /// Largest size of an [`Estimator`], bytes: `FOOTFALL_ESTIMATOR_SIZE` of the header.
-pub const SIZE: usize = 1024;
+pub const SIZE: usize = 1536;
 
 /// Most samples of a batch: `FOOTFALL_MOST_SAMPLES` of the header.
 pub const MOST_SAMPLES: usize = 4096;
@@ -16,12 +18,27 @@ pub const MOST_SAMPLES: usize = 4096;
 /// Mark of memory that holds an estimator: "FOFT" in little-endian memory.
 pub(crate) const READY: u32 = 0x5446_4F46;
 
-/// An estimator, with a mark that distinguishes it from other memory.
+/// An estimator, with a mark that distinguishes it from other memory. It holds no pointer, so that its bytes may be moved.
 #[derive(Debug)]
 #[repr(C)]
 pub struct Estimator {
     pub(crate) ready: u32,
     pub(crate) core: ContactEstimator,
+    pub(crate) before: Before,
+}
+
+/// Steps between the caller's samples and the estimator.
+#[derive(Debug)]
+pub(crate) struct Before {
+    bridge: Bridge,
+    gravity: GravityCheck,
+}
+
+impl Before {
+    /// Steps for the samples of a stream.
+    pub(crate) fn new(stream: Stream) -> Self {
+        Self { bridge: Bridge::new(stream), gravity: GravityCheck::new(stream) }
+    }
 }
 
 const _: () = assert!(size_of::<Estimator>() <= SIZE && align_of::<Estimator>() <= 8);
@@ -48,16 +65,46 @@ impl Estimator {
     /// # Errors
     /// The validity of the sample is not one of the constants; the estimator has not changed.
     pub fn update(&mut self, sample: &CSample, load: Option<f32>) -> Result<CEstimate, Error> {
-        let estimate = self.core.update(&sample.checked()?, load.map(Load));
-        Ok((&estimate).into())
+        let mut imu = sample.checked()?;
+        self.before.gravity.push(&imu);
+        let bridged = self.before.bridge.next(imu.timestamp);
+        imu.timestamp = bridged.timestamp;
+        let mut estimate = self.core.update(&imu, load.map(Load));
+        if bridged.is_in_doubt {
+            estimate = ContactEstimate {
+                flags: estimate.flags.with(Flag::InvalidSample),
+                orientation: estimate.orientation,
+                gyro_bias: estimate.gyro_bias,
+                ..ContactEstimate::DOUBTFUL
+            };
+        }
+        let mut estimate = CEstimate::from(&estimate);
+        estimate.timestamp_us = sample.timestamp_us;
+        estimate.flags |= self.faults(estimate.flags);
+        Ok(estimate)
+    }
+
+    /// Flags of samples that are not what the parameters say. The unit is compared only while the foot is in doubt, which a
+    /// wrong one does not end.
+    fn faults(&self, flags: u32) -> u32 {
+        let mut faults = 0;
+        if flags != 0 && self.core.implausible_force().is_some() {
+            faults |= CEstimate::UNIT;
+        }
+        if self.before.gravity.is_gravity_left() {
+            faults |= CEstimate::GRAVITY;
+        }
+        faults
     }
 
     /// Spreads the times of samples that were read at once, the last of which has the time of the newest.
     pub fn spread_timestamps(&self, samples: &mut [CSample]) {
-        let newest = samples.last().map_or(0, |newest| newest.timestamp_us);
-        let times = self.core.batch_timestamps(Timestamp::from_micros(newest), samples.len());
+        let newest_us = samples.last().map_or(0, |newest| newest.timestamp_us);
+        let newest = self.before.bridge.presumed(Timestamp::from_micros(newest_us));
+        let times = self.core.batch_timestamps(newest, samples.len());
         for (sample, time) in samples.iter_mut().zip(times) {
-            sample.timestamp_us = time.as_micros();
+            let earlier_us = newest.micros_since(time).unwrap_or(0);
+            sample.timestamp_us = newest_us.saturating_sub(earlier_us);
         }
     }
 

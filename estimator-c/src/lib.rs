@@ -6,8 +6,9 @@
 //! | [`error`] | errors, and their texts |
 //! | [`estimator`] | the state in the caller's memory, without `unsafe` |
 //! | [`boundary`] | functions of the header: checks of pointers |
+//! | `memory` | functions of Arm's compilers that copy and clear memory, by those of C |
 //!
-//! The method is the self-calibrating one. It needs no window, so an estimator takes at most 1 KiB.
+//! The method is the self-calibrating one. It needs no window, so an estimator takes little more than 1 KiB.
 
 #![no_std]
 #![deny(unsafe_code)]
@@ -20,6 +21,9 @@ extern crate std;
 pub mod boundary;
 pub mod error;
 pub mod estimator;
+#[cfg(all(feature = "alone", target_arch = "arm", target_os = "none"))]
+#[allow(unsafe_code)] // Assembly.
+mod memory;
 pub mod types;
 
 /// Link-time proof that no panic is reachable: the handler calls a symbol without a definition, so a program that could

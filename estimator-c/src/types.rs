@@ -9,22 +9,24 @@ use estimator_core::{
 
 use crate::error::Error;
 
-/// `footfall_learnt`: state learnt from a foot, in the order of [`Learnt::to_words`]. The value of `Default` is
-/// rejected.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+/// `footfall_learnt`: state learnt from a foot, as [`Learnt::to_bytes`] stores it: the same bytes on every machine. The value of
+/// `Default` is rejected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C)]
 pub struct CLearnt {
-    /// [`Learnt::VERSION`].
-    pub version: u32,
-    /// The numbers, in the order of [`Learnt::to_array`].
-    pub values: [f32; Learnt::NUMBERS],
-    /// CRC of version and numbers.
-    pub crc: u32,
+    /// [`Learnt::to_bytes`].
+    pub bytes: [u8; Learnt::BYTES],
+}
+
+impl Default for CLearnt {
+    fn default() -> Self {
+        Self { bytes: [0; Learnt::BYTES] }
+    }
 }
 
 impl From<&Learnt> for CLearnt {
     fn from(from: &Learnt) -> Self {
-        Self { version: Learnt::VERSION, values: from.to_array(), crc: from.crc() }
+        Self { bytes: from.to_bytes() }
     }
 }
 
@@ -34,12 +36,7 @@ impl CLearnt {
     /// # Errors
     /// It is of another version, or damaged.
     pub fn checked(&self) -> Result<Learnt, Error> {
-        let mut words = [self.version; Learnt::WORDS];
-        let rest = self.values.into_iter().map(f32::to_bits).chain([self.crc]);
-        for (word, content) in words.iter_mut().skip(1).zip(rest) {
-            *word = content;
-        }
-        Learnt::from_words(&words).map_err(|_| Error::Learnt)
+        Learnt::from_bytes(&self.bytes).map_err(|_| Error::Learnt)
     }
 }
 
@@ -223,15 +220,24 @@ pub struct CEstimate {
     pub gyro_bias_rad_s: [f32; 3],
     /// Standard deviation of the foot's velocity, m/s.
     pub velocity_sigma_m_s: f32,
+    /// Bits of [`Flag::ALL`](estimator_core::Flag::ALL), [`Self::UNIT`] and [`Self::GRAVITY`].
+    pub flags: u32,
     /// 1: stable; 0: not, or not known.
     pub decision: u8,
     /// Index in [`Phase::ALL`].
     pub phase: u8,
-    /// Bits of [`Flag::ALL`](estimator_core::Flag::ALL).
-    pub flags: u8,
+    /// 0; for fields of later versions.
+    pub reserved: [u8; 6],
 }
 
 impl CEstimate {
+    /// Flag: no foot can have the forces, see
+    /// [`implausible_force`](estimator_core::ContactEstimator::implausible_force).
+    pub const UNIT: u32 = 1 << 8;
+
+    /// Flag: gravity is not removed, see [`GravityCheck`](estimator_core::gravity::GravityCheck).
+    pub const GRAVITY: u32 = 1 << 9;
+
     /// [`ContactEstimate::DOUBTFUL`], where a sample was not processed.
     #[must_use]
     pub fn doubtful() -> Self {
@@ -255,6 +261,7 @@ impl From<&ContactEstimate> for CEstimate {
             angular_rate_rad_s: vector(from.angular_rate.0),
             gyro_bias_rad_s: vector(from.gyro_bias.0),
             velocity_sigma_m_s: from.velocity_sigma.0,
+            flags: from.flags.bits().into(),
             decision: from.decision as u8,
             phase: match from.phase {
                 Phase::Unknown => 0,
@@ -264,7 +271,7 @@ impl From<&ContactEstimate> for CEstimate {
                 Phase::QuietSwing => 4,
                 Phase::Landing => 5,
             },
-            flags: from.flags.bits(),
+            reserved: [0; 6],
         }
     }
 }

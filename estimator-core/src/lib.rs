@@ -43,6 +43,7 @@
 //! | [`any`] | either estimator, for a program whose user chooses |
 //! | [`parameter`] | table of all parameters with names, units, ranges and defaults, for a program that edits them |
 //! | [`correction`], [`mounting`] | before the estimator: accelerometer correction, and rotation from the sensor's axes to the foot's |
+//! | [`clock`], [`gravity`] | before the estimator: a bridge over timestamps that jump, and a check that gravity was removed |
 //! | [`velocity`] | zero-velocity measurement for a state estimator |
 //!
 //! | feature | effect |
@@ -114,12 +115,14 @@ extern crate std;
 
 pub mod any;
 mod attitude;
+pub mod clock;
 mod config;
 mod constants;
 mod contact;
 pub mod correction;
 mod estimate;
 mod flags;
+pub mod gravity;
 mod gyro_bias;
 pub mod half_widths;
 mod kde;

@@ -11,7 +11,7 @@ pub enum Gravity {
     #[default]
     Included,
     /// Gravity and bias have been removed already, as in simulator recordings:
-    /// samples are used as they are.
+    /// samples are used as they are. [`GravityCheck`](crate::gravity::GravityCheck) finds samples that still have it.
     Removed,
 }
 

@@ -1,6 +1,6 @@
 /* Traps unaligned access within the library, as a program may do in all of its code: CCR.UNALIGN_TRP. Link with
  * -Wl,--wrap=footfall_estimator_init,--wrap=footfall_estimator_update,--wrap=footfall_estimator_learnt, and with
- * -Wl,--wrap=memcpy,--wrap=__aeabi_memcpy: the copies of newlib access words at any address. */
+ * -Wl,--wrap=memcpy: that of newlib accesses words at any address. */
 #include "footfall_estimator.h"
 
 footfall_error __real_footfall_estimator_init(void *, size_t, const footfall_params *, footfall_estimator **);
@@ -13,7 +13,6 @@ footfall_error __real_footfall_estimator_learnt(const footfall_estimator *, foot
 footfall_error __wrap_footfall_estimator_learnt(const footfall_estimator *, footfall_learnt *);
 
 void *__wrap_memcpy(void *, const void *, size_t);
-void __wrap___aeabi_memcpy(void *, const void *, size_t);
 
 void *__wrap_memcpy(void *to, const void *from, size_t count) {
     volatile unsigned char *byte = to;
@@ -21,8 +20,6 @@ void *__wrap_memcpy(void *to, const void *from, size_t count) {
     while (count-- > 0) *byte++ = *source++;
     return to;
 }
-
-void __wrap___aeabi_memcpy(void *to, const void *from, size_t count) { __wrap_memcpy(to, from, count); }
 
 static volatile uint32_t *const ccr = (volatile uint32_t *)0xE000ED14;
 

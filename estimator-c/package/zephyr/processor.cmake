@@ -62,3 +62,12 @@ elseif(CONFIG_ARCH_POSIX)
     set(target aarch64-unknown-linux-gnu)
   endif()
 endif()
+
+if(target MATCHES "^thumbv(7|8m.main)")
+  # Zephyr traps unaligned access with CONFIG_TRAP_UNALIGNED_ACCESS.
+  list(APPEND flags -Ctarget-feature=+strict-align)
+endif()
+if(flags)
+  # The compiler warns of features that it calls unstable.
+  list(APPEND flags -Awarnings)
+endif()

@@ -214,7 +214,7 @@ fn header_has_the_layout_of_the_library() {
         return;
     }
     let expected = layout! {
-        "footfall_learnt" = CLearnt { version, values, crc }
+        "footfall_learnt" = CLearnt { bytes }
         "footfall_params" = CParams {
             sample_rate_hz, decision_threshold, decision_on_delay_s, decision_off_delay_s, load_on, load_off,
             velocity_speed_m_s, velocity_lever_m, velocity_floor_m_s, learnt, has_learnt, gravity, learning
@@ -222,7 +222,7 @@ fn header_has_the_layout_of_the_library() {
         "footfall_sample" = CSample { timestamp_us, specific_force_m_s2, angular_rate_rad_s, validity }
         "footfall_estimate" = CEstimate {
             timestamp_us, stable, tangential, vertical, axes, orientation, linear_acceleration_m_s2,
-            angular_rate_rad_s, gyro_bias_rad_s, velocity_sigma_m_s, decision, phase, flags
+            angular_rate_rad_s, gyro_bias_rad_s, velocity_sigma_m_s, flags, decision, phase, reserved
         }
         "footfall_memory" = [u8; SIZE] {}
     };
@@ -280,8 +280,10 @@ fn constants() -> Vec<(String, usize)> {
     for flag in Flag::ALL {
         let flags = Flags::NONE.with(flag);
         let estimate = converted(ContactEstimate { flags, ..doubtful });
-        add("FLAG_", flag.name(), estimate.flags.into());
+        add("FLAG_", flag.name(), estimate.flags as usize);
     }
+    add("FLAG_", "unit", CEstimate::UNIT as usize);
+    add("FLAG_", "gravity", CEstimate::GRAVITY as usize);
     for phase in Phase::ALL {
         let estimate = converted(ContactEstimate { phase, ..doubtful });
         add("PHASE_", phase.name(), estimate.phase.into());

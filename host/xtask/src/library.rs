@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use ar_archive_writer::{ArchiveKind, DEFAULT_OBJECT_READER, NewArchiveMember};
+use object::build::elf;
 use object::read::archive::ArchiveFile;
 use object::{BinaryFormat, Object as _, ObjectSymbol as _};
 use zip::write::SimpleFileOptions;
@@ -109,6 +110,9 @@ const C_FUNCTIONS: [&str; 6] =
 /// without floating point.
 const DOUBLE_PRECISION_PREFIXES: [&str; 6] =
     ["__aeabi_d", "__aeabi_f2d", "__aeabi_l2f", "__aeabi_ul2f", "__floatdisf", "__floatundisf"];
+
+/// Prefix of the functions of Arm's C library for memory, which the library defines weakly by those of C.
+const ARM_MEMORY: &str = "__aeabi_mem";
 
 /// Symbols that are not functions: of the linker, for position-independent code on an i386; of Visual C++, for a
 /// program with floating point.
@@ -234,6 +238,10 @@ fn build(library: &Library<'_>) -> Result<(&'static str, Vec<u8>)> {
         // Lets the program's linker shorten each call from 8 bytes to 4 or 2. Floating point is some 1,400 calls.
         flags.push("-Ctarget-feature=+relax".to_owned());
     }
+    if flags.iter().any(|flag| flag.starts_with("-Ctarget-feature")) {
+        // The compiler warns of each feature that it calls unstable. It shows the warnings of the code for other targets.
+        flags.push("-Awarnings".to_owned());
+    }
     Step::cargo(&["rustc", "--locked", "--profile", "firmware", "--lib", "--target", target])
         .with(["--package", "estimator-c", "--crate-type", "staticlib", "--features", "alone"])
         .with(["--config", "profile.firmware.panic='abort'", "--config", &level])
@@ -250,18 +258,42 @@ fn build(library: &Library<'_>) -> Result<(&'static str, Vec<u8>)> {
     for member in archive.members() {
         let member = member?;
         if member.name().starts_with(b"estimator_c-") {
-            let object = member.data(&*bytes)?;
-            check_symbols(object).with_context(|| target.to_owned())?;
-            firmware::check_names(object, &folders).with_context(|| target.to_owned())?;
+            let object = without_debug_frame(member.data(&*bytes)?)?;
+            check_symbols(&object).with_context(|| target.to_owned())?;
+            firmware::check_names(&object, &folders).with_context(|| target.to_owned())?;
             let name = if is_msvc { "footfall_estimator.lib" } else { "libfootfall_estimator.a" };
-            return Ok((name, archive_of(object)?));
+            return Ok((name, archive_of(&object)?));
         }
     }
     bail!("{}: it has no object of the estimator", built.display())
 }
 
+/// Returns the object without `.debug_frame`. The compiler writes it for Arm even without debugging information, and with
+/// it a debugger would look for sources that a user does not have.
+fn without_debug_frame(object: &[u8]) -> Result<Vec<u8>> {
+    let is_of_arm = object::File::parse(object)?.architecture() == object::Architecture::Arm;
+    if !is_of_arm {
+        return Ok(object.to_vec());
+    }
+    let mut builder = elf::Builder::read(object)?;
+    for section in &mut builder.sections {
+        section.delete = section.name.ends_with(b".debug_frame");
+    }
+    builder.delete_orphans();
+    // The compiler keeps names of sections and of symbols in one table, the builder in two.
+    let names = builder.sections.add();
+    names.name = ".shstrtab".into();
+    names.sh_type = object::elf::SHT_STRTAB;
+    names.sh_addralign = 1;
+    names.data = elf::SectionData::SectionString;
+    let mut stripped = Vec::new();
+    builder.write(&mut stripped)?;
+    Ok(stripped)
+}
+
 /// Checks that an object defines only functions of the header, and calls only C and the compiler's library. A reachable
-/// panic would be another call. Functions of double precision are rejected as well.
+/// panic would be another call. Functions of double precision are rejected as well, and so are the functions of Arm's C
+/// library for memory, which a program without a C library lacks.
 fn check_symbols(object: &[u8]) -> Result<()> {
     let file = object::File::parse(object)?;
     for symbol in file.symbols() {
@@ -272,11 +304,13 @@ fn check_symbols(object: &[u8]) -> Result<()> {
             _ => name,
         };
         let known = if symbol.is_undefined() {
-            name.is_empty() || name.starts_with("__") || C_FUNCTIONS.contains(&name)
+            let is_of_compiler = name.starts_with("__") && !name.starts_with(ARM_MEMORY);
+            name.is_empty() || is_of_compiler || C_FUNCTIONS.contains(&name)
         } else {
             // On Windows constants have names by their value, of which the linker keeps one each.
             let is_constant = name.starts_with("__real@") || name.starts_with("__xmm@");
-            !symbol.is_global() || name.starts_with("footfall_") || is_constant
+            let is_memory = symbol.is_weak() && name.starts_with(ARM_MEMORY);
+            !symbol.is_global() || name.starts_with("footfall_") || is_constant || is_memory
         };
         if !known && !DATA_SYMBOLS.contains(&name) {
             bail!("unexpected symbol {name}");

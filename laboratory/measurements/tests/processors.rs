@@ -151,7 +151,7 @@ fn no_library_of_arm_has_an_unaligned_access() {
     let temporary = tempfile::tempdir().expect("a temporary directory");
     let program = temporary.path().join("walk");
     let trap = folder().join("examples/board/trap.c");
-    let wrapped = "-Wl,--wrap=footfall_estimator_init,--wrap=footfall_estimator_update,--wrap=footfall_estimator_learnt,--wrap=memcpy,--wrap=__aeabi_memcpy";
+    let wrapped = "-Wl,--wrap=footfall_estimator_init,--wrap=footfall_estimator_update,--wrap=footfall_estimator_learnt,--wrap=memcpy";
     let more = [trap.to_str().expect("text"), wrapped];
     for processor in PROCESSORS.iter().filter(|other| other.compiler.starts_with("arm")) {
         assert_same_bits(temporary.path(), || program_for(processor, archive, &program, &more));
@@ -159,6 +159,67 @@ fn no_library_of_arm_has_an_unaligned_access() {
         let mut command = program_for(processor, archive, &program, &with_access);
         let trapped = command.stdin(Stdio::null()).status().expect("QEMU starts");
         assert!(!trapped.success(), "{}: the trap is off", processor.folder);
+    }
+}
+
+/// A program that has no C library, and defines what GCC calls in any case.
+const WITHOUT_A_C_LIBRARY: &str = r#"#include "footfall_estimator.h"
+
+void *memcpy(void *to, const void *from, size_t count) {
+    unsigned char *byte = to;
+    const unsigned char *source = from;
+    while (count-- > 0) *byte++ = *source++;
+    return to;
+}
+
+void *memmove(void *to, const void *from, size_t count) {
+    unsigned char *byte = to;
+    const unsigned char *source = from;
+    if (byte <= source) return memcpy(to, from, count);
+    while (count-- > 0) byte[count] = source[count];
+    return to;
+}
+
+void *memset(void *to, int value, size_t count) {
+    unsigned char *byte = to;
+    while (count-- > 0) *byte++ = (unsigned char)value;
+    return to;
+}
+
+int main(void) {
+    static footfall_memory memory;
+    footfall_estimator *estimator;
+    footfall_params params;
+    footfall_sample sample = {0, {0, 0, 0}, {0, 0, 0}, 0};
+    footfall_estimate estimate;
+    footfall_learnt learnt;
+    float force;
+    return footfall_default_params(&params) ||
+           footfall_estimator_init(&memory, sizeof memory, &params, &estimator) ||
+           footfall_estimator_spread_timestamps(estimator, &sample, 1) ||
+           footfall_estimator_update(estimator, &sample, NULL, &estimate) ||
+           footfall_estimator_check_unit(estimator) || footfall_estimator_force_at_rest(estimator, &force) ||
+           footfall_estimator_learnt(estimator, &learnt) || *footfall_error_text(0) == 0;
+}
+"#;
+
+#[test]
+#[ignore = "full: compiles for each processor"]
+fn every_library_links_without_a_c_library() {
+    let temporary = tempfile::tempdir().expect("a temporary directory");
+    let source = temporary.path().join("main.c");
+    fs::write(&source, WITHOUT_A_C_LIBRARY).expect("a file");
+    for processor in PROCESSORS.iter().filter(|other| other.run.contains("-machine")) {
+        let mut command = Command::new(processor.compiler);
+        command.args(processor.options.split_whitespace()).args(WARNINGS);
+        if processor.compiler.starts_with("arm") {
+            command.arg("-mthumb");
+        }
+        command.args(["-Os", "-ffreestanding", "-nostdlib", "-Wl,--entry=main", "-I"]);
+        command.arg(ARCHIVE.join("src")).arg(&source);
+        command.arg("-L").arg(ARCHIVE.join("src").join(processor.folder));
+        command.args(["-lfootfall_estimator", "-lgcc", "-o"]).arg(temporary.path().join("main"));
+        run(&mut command);
     }
 }
 
