@@ -9,7 +9,7 @@ use crate::parameter;
 use crate::phase::Load;
 use crate::pipeline::Pipeline;
 use crate::range::ParamsError;
-use crate::sample::{AngularRate, ImuSample};
+use crate::sample::{AngularRate, ImuSample, Timestamp};
 use crate::stream::Stream;
 
 pub use crate::params::{AnyParams, Method};
@@ -113,6 +113,15 @@ impl<const CAPACITY: usize> AnyEstimator<CAPACITY> {
     #[must_use]
     pub fn implausible_force(&self) -> Option<f32> {
         self.pipeline().attitude.implausible_force()
+    }
+
+    /// Times of samples that were read at once; see [`ContactEstimator::batch_timestamps`].
+    pub fn batch_timestamps(
+        &self,
+        newest: Timestamp,
+        count: usize,
+    ) -> impl ExactSizeIterator<Item = Timestamp> + DoubleEndedIterator + use<CAPACITY> {
+        self.pipeline().batch_timestamps(newest, count)
     }
 
     const fn pipeline(&self) -> &Pipeline {

@@ -137,6 +137,22 @@ impl Estimator {
         Ok(EstimateRow::of(&estimate, now_us))
     }
 
+    /// Times of `count` samples that were read at once, oldest first, on the caller's clock; s.
+    fn batch_times(&self, t: f64, count: usize) -> PyResult<Vec<f64>> {
+        const FIRST: Timestamp = Timestamp::from_micros(1 << 62);
+        let newest_us = micros("t", t)?;
+        // Before the first sample, and if the clock was set back, any time gives the same steps.
+        let since_start = self.state.start_us.and_then(|start_us| {
+            Some(Timestamp::from_micros(u64::try_from(newest_us.checked_sub(start_us)?).ok()?))
+        });
+        let newest = since_start.unwrap_or(FIRST);
+        let times = self.state.estimator.batch_timestamps(newest, count).map(|time| {
+            let earlier_us = newest.micros_since(time).unwrap_or(0);
+            newest_us.saturating_sub_unsigned(earlier_us) as f64 / 1.0e6
+        });
+        Ok(times.collect())
+    }
+
     /// Mean size of the force in the last half second, m/s², if no foot can have it.
     fn implausible_force(&self) -> Option<f32> {
         self.state.estimator.implausible_force()

@@ -244,6 +244,25 @@ def test_sample_without_a_time_is_one_period_after_the_last() -> None:
     assert found == [0.0, 0.001, 10.0, 10.001, 10.002, 10.5, 10.501]
 
 
+def test_samples_of_one_read_get_times_of_their_own() -> None:
+    foot = footfall.Estimator(rate=1000.0)
+    sample = ((0.0, 0.0, 9.81), (0.0, 0.0, 0.0))
+    assert foot.batch_times(100.0, 0) == ()
+    first = foot.batch_times(100.0, 4)
+    assert first == (99.997, 99.998, 99.999, 100.0)
+    for t in first:
+        foot.update(*sample, t=t)
+    # Evenly after the read before, as a late read with a sensor's clock that is slow.
+    second = foot.batch_times(100.0044, 4)
+    assert second == pytest.approx((100.0011, 100.0022, 100.0033, 100.0044))
+    flags = [foot.update(*sample, t=t).flags for t in second]
+    assert not any({"time_gap", "invalid_sample"} & set(found) for found in flags)
+    # Samples are missing before these.
+    assert foot.batch_times(101.0, 2) == (100.999, 101.0)
+    with pytest.raises(ValueError, match="count is -1"):
+        foot.batch_times(101.0, -1)
+
+
 def test_stream_in_other_units_has_the_bits_of_si_units(walk: footfall.Recording) -> None:
     si, other = footfall.Estimator(rate=1000.0), footfall.Estimator(rate=1000.0, units="mg,dps")
     g, degree = 9.80665, np.radians(1.0)

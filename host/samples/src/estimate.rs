@@ -1,7 +1,9 @@
 //! The estimator applied to a recording, sample by sample or to one in memory.
 
 use estimator_core::any::{AnyEstimator, AnyParams};
-use estimator_core::{AngularRate, ContactEstimate, Gravity, Learnt, ParamsError, Stream};
+use estimator_core::{
+    AngularRate, ContactEstimate, Gravity, Learnt, ParamsError, Stream, Timestamp,
+};
 
 use crate::{RecordedSample, Recording};
 
@@ -38,6 +40,15 @@ impl Estimator {
     /// Returns the estimate of the next sample.
     pub fn update(&mut self, sample: &RecordedSample) -> ContactEstimate {
         self.0.update(&sample.imu, sample.load)
+    }
+
+    /// Times of `count` samples that were read at once, oldest first, the last at `newest`.
+    pub fn batch_timestamps(
+        &self,
+        newest: Timestamp,
+        count: usize,
+    ) -> impl ExactSizeIterator<Item = Timestamp> {
+        self.0.batch_timestamps(newest, count)
     }
 
     /// Gyroscope bias at the newest sample, rad/s; `None` until the foot has been at rest.

@@ -15,6 +15,10 @@ from ._result import Event
 from ._settings import Config, Gravity, Preset, settings
 
 
+_MOST_SAMPLES = 1_000_000
+"""Most samples of a read."""
+
+
 class Estimate(NamedTuple):
     """Estimate after one sample."""
 
@@ -117,6 +121,35 @@ class Estimator:
         Its lift-off has both. With `ended` the remaining events of the stream are returned.
         """
         return tuple(Event(*event) for event in self._estimator.events(ended))  # type: ignore[arg-type]
+
+    def batch_times(self, t: float, count: int) -> tuple[float, ...]:
+        """Returns the times of samples that were read at once, such as from a sensor's FIFO: pass them to :meth:`update`.
+
+        They lie evenly between the newest sample of the previous read and that of this one, as in the libraries for C and
+        Rust. If that is too long for `count` samples, some are missing, and the times are one period apart, as in the
+        first read.
+
+        Parameters
+        ----------
+        t : float, s
+            The time of the newest sample.
+        count : int
+            The number of samples, 0 to 1 000 000.
+
+        Raises
+        ------
+        ValueError
+            `count` is out of its range, or `t` is not a time.
+
+        Examples
+        --------
+        >>> foot = Estimator(rate=1000.0)
+        >>> foot.batch_times(0.004, 4)
+        (0.001, 0.002, 0.003, 0.004)
+        """
+        if not 0 <= count <= _MOST_SAMPLES:
+            raise ValueError(f"count is {count}, but 0 to {_MOST_SAMPLES} are expected")
+        return tuple(self._estimator.batch_times(t, count))
 
     def check_unit(self) -> None:
         """Checks that the forces of the last half second can come from a foot, in m/s² after `units`.
