@@ -68,6 +68,7 @@ enum Elapsed {
 
 impl Pipeline {
     /// The state before the first sample.
+    #[cfg_attr(feature = "small-stack", inline(never))]
     pub(crate) fn new(config: &Config, stream: Stream) -> Self {
         let period_us = stream.period_us();
         Self {

@@ -126,6 +126,7 @@ pub(crate) struct SelfCalibrating {
 }
 
 impl SelfCalibrating {
+    #[cfg_attr(feature = "small-stack", inline(never))]
     pub fn new(config: &SelfCalibratingConfig<'_>) -> Self {
         let &SelfCalibratingConfig { constants, learning, learnt, sample_rate } = config;
         let constants = *constants;
