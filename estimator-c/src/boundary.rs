@@ -145,10 +145,7 @@ pub unsafe extern "C" fn footfall_estimator_update(
             Some(unsafe { load.read() })
         };
         // SAFETY: Checked, initialised, and by the header's terms not in use elsewhere.
-        let new = unsafe { &mut *estimator }.update(unsafe { &*sample }, load)?;
-        // SAFETY: As above.
-        unsafe { estimate.write(new) };
-        Ok(())
+        unsafe { &mut *estimator }.update(unsafe { &*sample }, load, unsafe { &mut *estimate })
     };
     number(update())
 }

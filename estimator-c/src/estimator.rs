@@ -2,9 +2,11 @@
 
 use core::mem::MaybeUninit;
 
-use estimator_core::clock::Bridge;
+use estimator_core::clock::{Bridge, Bridged};
 use estimator_core::gravity::GravityCheck;
-use estimator_core::{Config, ContactEstimate, ContactEstimator, Flag, Load, Stream, Timestamp};
+use estimator_core::{
+    Config, ContactEstimate, ContactEstimator, Flag, Flags, ImuSample, Load, Stream, Timestamp,
+};
 
 use crate::error::Error;
 use crate::types::{CEstimate, CLearnt, CParams, CSample};
@@ -60,28 +62,48 @@ pub(crate) fn build(
 }
 
 impl Estimator {
-    /// Processes the next sample, and the load if it is known.
+    /// Processes the next sample, and the load if it is known, and writes the estimate.
     ///
     /// # Errors
-    /// The validity of the sample is not one of the constants; the estimator has not changed.
-    pub fn update(&mut self, sample: &CSample, load: Option<f32>) -> Result<CEstimate, Error> {
+    /// The validity of the sample is not one of the constants; the estimator and the estimate have not changed.
+    pub fn update(
+        &mut self,
+        sample: &CSample,
+        load: Option<f32>,
+        to: &mut CEstimate,
+    ) -> Result<(), Error> {
         let mut imu = sample.checked()?;
-        self.before.gravity.push(&imu);
-        let bridged = self.before.bridge.next(imu.timestamp);
-        imu.timestamp = bridged.timestamp;
-        let mut estimate = self.core.update(&imu, load.map(Load));
-        if bridged.is_in_doubt {
-            estimate = ContactEstimate {
-                flags: estimate.flags.with(Flag::InvalidSample),
-                orientation: estimate.orientation,
-                gyro_bias: estimate.gyro_bias,
-                ..ContactEstimate::DOUBTFUL
+        let is_in_doubt = self.prepare(&mut imu);
+        let estimate = self.core.update(&imu, load.map(Load));
+        self.write(&estimate, is_in_doubt, to);
+        to.timestamp_us = sample.timestamp_us;
+        Ok(())
+    }
+
+    /// Gives a sample its time for the estimator, and returns whether this time is in doubt. A function of its own, so
+    /// that it leaves the stack before the estimate is computed.
+    #[inline(never)]
+    fn prepare(&mut self, imu: &mut ImuSample) -> bool {
+        self.before.gravity.push(imu);
+        let Bridged { timestamp, is_in_doubt } = self.before.bridge.next(imu.timestamp);
+        imu.timestamp = timestamp;
+        is_in_doubt
+    }
+
+    /// Writes the estimate as in the header, without its time. A function of its own, as above.
+    #[inline(never)]
+    fn write(&self, estimate: &ContactEstimate, is_in_doubt: bool, to: &mut CEstimate) {
+        let mut converted = CEstimate::from(estimate);
+        if is_in_doubt {
+            converted = CEstimate {
+                flags: converted.flags | u32::from(Flags::NONE.with(Flag::InvalidSample).bits()),
+                orientation: converted.orientation,
+                gyro_bias_rad_s: converted.gyro_bias_rad_s,
+                ..CEstimate::doubtful()
             };
         }
-        let mut estimate = CEstimate::from(&estimate);
-        estimate.timestamp_us = sample.timestamp_us;
-        estimate.flags |= self.faults(estimate.flags);
-        Ok(estimate)
+        converted.flags |= self.faults(converted.flags);
+        *to = converted;
     }
 
     /// Flags of samples that are not what the parameters say. The unit is compared only while the foot is in doubt, which a
