@@ -88,9 +88,18 @@ fn lines() -> Vec<Line> {
 #[test]
 fn each_consumer_names_the_commit_that_was_read() {
     let lines = lines();
-    for program in
-        ["SERoW", "MUSE", "DRIFT", "Pronto", "champ", "legged_control", "bit-bots", "DogLegs"]
-    {
+    for program in [
+        "SERoW",
+        "MUSE",
+        "DRIFT",
+        "Pronto",
+        "BLF",
+        "common_interfaces",
+        "champ",
+        "legged_control",
+        "bit-bots",
+        "DogLegs",
+    ] {
         assert!(lines.iter().any(|line| line.program == program), "{program} has no row");
     }
     if let Some(folder) = env::var_os(CLONES).map(PathBuf::from) {
