@@ -65,8 +65,8 @@ pub struct SensorNoise {
 /// No estimate depends on it. It is the unit in which limits of rest are stated.
 pub const SENSOR_NOISE: SensorNoise = SensorNoise { force: 0.02, rate: 0.0012 };
 
-/// Largest motion of gravity through a sensor at rest, m/s²: 0.2°, as a turn of 0.2 °/s causes in the last second of a
-/// rest. Far above the noise of the mean.
+/// Largest motion of gravity through a sensor at rest, m/s². It corresponds to 0.2°, the effect of a turn of 0.2 °/s in
+/// the last second of a rest, and is far above the noise of the mean.
 pub const LARGEST_SWAY: f32 = 0.03;
 
 /// Parameters of `LongRest` and of the bias estimation that follows from it.

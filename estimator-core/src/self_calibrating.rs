@@ -795,7 +795,7 @@ impl Slide {
         1.0 / (1.0 + ratio * ratio)
     }
 
-    /// Learns the apparent acceleration from that along the ground, m/s², of a foot that stands for a `period` in s.
+    /// Learns the apparent acceleration of a standing foot from its acceleration along the ground, m/s², in a `period`, s.
     fn learn_apparent(&mut self, constants: &Constants, period: f32, level: Vec3) {
         let share = period / (constants.stance + period);
         self.apparent = self.apparent + (level - self.apparent) * share;

@@ -21,7 +21,7 @@ use samples::estimate::estimates_and_learnt;
 /// Least share of usable samples; below it, unusable samples are reported as the cause.
 const LEAST_USABLE: f64 = 0.1;
 
-/// Least ratio of the amplitudes in motion and in stillness: with less, no landing is evidence.
+/// Least ratio of the amplitudes in motion and in stillness. With a smaller one no landing counts as evidence.
 const LEAST_FACTOR: f32 = 4.5;
 
 /// Calibration that learns from a sequence of recordings.

@@ -176,7 +176,7 @@ impl SampleTimes {
     }
 }
 
-/// Shortest time in which the rate of a stream is found, µs, if its stamps are even, and otherwise.
+/// Shortest time in which the rate of a stream is found, µs: if its stamps are even, and if they jitter.
 const FOUND_US: i64 = 500_000;
 const FOUND_UNEVEN_US: i64 = 1_000_000;
 

@@ -374,7 +374,7 @@ struct Style {
     pitch_swing: f64,
     /// m/s.
     landing_speed: f64,
-    /// In mid-stance, N: the weight of 118 N divided by the number of standing feet.
+    /// Load in mid-stance, N: the weight of 118 N divided by the number of standing feet.
     load: f64,
     /// s.
     load_change: f64,

@@ -15,7 +15,8 @@ const FEWEST: usize = 200;
 const LOW: f64 = 0.05;
 const HIGH: f64 = 0.95;
 
-/// Share of the loads that may lie in the middle half between both levels. Of noise about one level more do: 0.6.
+/// Share of the loads that may lie in the middle half between both levels. If the loads were noise about one level, the
+/// share would be 0.6.
 const MIDDLE: f64 = 0.45;
 
 /// Load in swings below which, as a share of the load in stances, swing and stance are levels wherever the other loads

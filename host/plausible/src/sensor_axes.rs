@@ -420,7 +420,7 @@ mod tests {
             sample.imu.angular_rate.0 = sample.imu.angular_rate.0 * -1.0;
         }
         assert_eq!(found(&mirrored), [""; 0]);
-        // Of a foot that is read with a mounting, the columns to exchange are not known.
+        // If a foot is read with a mounting, the columns to exchange are not known.
         let mounting = parse_axes("x,-z,y").expect("axes");
         let finding = Finding::LeftHanded { up: "y" }.with_mounting(&mounting);
         assert_eq!(finding, Finding::LeftHanded { up: "z" });

@@ -166,7 +166,7 @@ pub enum Problem {
     MissingColumns {
         /// Missing names, separated by commas.
         columns: String,
-        /// Reason why they may be present after all, or columns that may be intended.
+        /// Reason why the columns may be present after all, or columns that may be meant.
         hint: Option<Hint>,
     },
     /// A column of a mapping is not in the header.

@@ -115,8 +115,8 @@ pub fn run() -> ! {
     once(receive_uart(uart_in), |task| communication.spawn(task));
     let board = &*BOARD.init(Stm32f405 { load: peripherals.load, can });
 
-    // Started after the tasks that send. The first frames then do not wait for the buses to start, and replace none in
-    // the queue.
+    // Started after the tasks that send, so that the first frames neither wait for the buses to start nor replace each
+    // other in the queue.
     interrupt::UART4.set_priority(crate::SAMPLING_EXECUTOR_PRIORITY);
     let level = SAMPLING.start(interrupt::UART4);
     let sensor = Sensor::new(peripherals.sensor, Config::FRESH_KILOHERTZ)

@@ -652,7 +652,8 @@ impl Client {
     }
 
     /// Reads an object, or writes `value` to it. A request without a response is repeated, which is safe because all
-    /// requests are idempotent. A read ignores late responses to writes, and a write those to reads.
+    /// requests are idempotent. A read ignores late responses to writes, and
+    /// a write ignores late responses to reads.
     pub(super) fn request(
         &mut self,
         address: Address,
