@@ -400,8 +400,9 @@ fn without_robot_in_short(result: &Stored) -> Result<String> {
         })
         .collect();
     Ok(filled(&format!(
-        "The constants of the first row were chosen on all of these sets, those of the second row without the robot on \
-         which they are scored. In the mean over the sets of a robot, as recorded and at 1 kHz, the RMSE is {}.",
+        "The constants of the first row were chosen on all of these sets except the bench, and the constants of the \
+         second row without the robot on which they are scored. In the mean over the sets of a robot, as recorded and \
+         at 1 kHz, the RMSE without the robot is {}.",
         cases?.join(", ")
     )))
 }
