@@ -151,6 +151,10 @@ const STILL_FROM_THE_START: f32 = 0.15;
 /// rotation of the frame, and the bias moves slowly.
 const FOLLOWS_EVERY: f32 = 0.02;
 
+/// Steps of [`FOLLOWS_EVERY`] in a stance, after which a correction is that of a standing foot: 0.2 s. The corrections
+/// before find the inclination that was lost in the swing or in the hand, and show no bias.
+const STOOD: u8 = 10;
+
 /// Validated [`AttitudeParams`] in the form used by the filter.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AttitudeCoefficients {
@@ -209,6 +213,10 @@ pub struct AttitudeFilter {
     correcting: f32,
     /// Length of the newest correction, rad.
     newest_correction: f32,
+    /// Whether the foot certainly stands.
+    stands: bool,
+    /// Steps in which the bias followed the corrections since it stands, up to [`STOOD`].
+    steps_stood: u8,
     alignment: Alignment,
     /// Time since the very first sample, s, up to [`LAST_RESTART`]. A restart keeps it.
     age: f32,
@@ -231,6 +239,8 @@ impl AttitudeFilter {
             corrected: Vec3::ZERO,
             correcting: 0.0,
             newest_correction: 0.0,
+            stands: false,
+            steps_stood: 0,
             alignment: Alignment::Searching,
             age: 0.0,
         }
@@ -329,7 +339,8 @@ impl AttitudeFilter {
     /// Lets the bias follow the newest corrections of the inclination.
     fn follow_corrections(&mut self) {
         let turn = self.orientation.conjugate().rotate(self.corrected);
-        self.bias.follow(turn, self.correcting);
+        self.steps_stood = if self.stands { (self.steps_stood + 1).min(STOOD) } else { 0 };
+        self.bias.follow(turn, self.correcting, self.steps_stood == STOOD);
         self.corrected = Vec3::ZERO;
         self.correcting = 0.0;
     }
@@ -388,6 +399,11 @@ impl AttitudeFilter {
     /// Angle by which the newest sample corrected up, rad.
     pub(crate) const fn newest_correction(&self) -> f32 {
         self.newest_correction
+    }
+
+    /// Takes whether the foot certainly stood at the newest sample. It does not until this is called.
+    pub(crate) const fn set_stands(&mut self, stands: bool) {
+        self.stands = stands;
     }
 
     /// Length of gravity as this accelerometer reads it, m/s².

@@ -61,9 +61,8 @@ impl ContactEstimator {
         if !self.model.is_full() {
             reading.flags = reading.flags.with(Flag::WindowNotFull);
         }
-        if self.model.stands() {
-            self.pipeline.learn_offset(&reading, probabilities.stable);
-        }
+        let standing = if self.model.stands() { probabilities.stable } else { 0.0 };
+        self.pipeline.learn_in_stance(&reading, standing);
         self.pipeline.conclude(&reading, probabilities, self.model.mean_acceleration(), load)
     }
 

@@ -5,7 +5,7 @@ use crate::attitude::{Alignment, AttitudeFilter};
 use crate::config::Config;
 use crate::estimate::{ContactEstimate, Probabilities};
 use crate::flags::{Flag, Flags};
-use crate::offset::ForceOffset;
+use crate::offset::{CERTAIN_STANCE, ForceOffset};
 use crate::phase::{Load, PhaseTracker};
 use crate::roll::Roll;
 use crate::sample::{
@@ -116,14 +116,16 @@ impl Pipeline {
         Reading { timestamp: sample.timestamp, missing, motion, measured, flags }
     }
 
-    /// Learns the offset of the accelerometer from a sample with this probability of stable contact. If gravity was
-    /// removed from the samples, there is nothing to learn.
-    pub(crate) fn learn_offset(&mut self, reading: &Reading, stable: f32) {
-        if let (Gravity::Included, Motion::Known(acceleration, _)) = (self.gravity, reading.motion)
-            && !reading.flags.are_doubt()
-        {
-            let seconds = period_s(self.period_us);
-            self.force_offset.learn(acceleration.0, seconds, stable);
+    /// Learns the offset of the accelerometer, and lets the gyroscope's bias be learnt, from a sample of a foot that
+    /// stands with this probability. If gravity was removed from the samples, there is nothing to learn.
+    pub(crate) fn learn_in_stance(&mut self, reading: &Reading, probability: f32) {
+        if self.gravity == Gravity::Removed {
+            return;
+        }
+        let stands = probability > CERTAIN_STANCE && !reading.flags.are_doubt();
+        self.attitude.set_stands(stands);
+        if let (true, Motion::Known(acceleration, _)) = (stands, reading.motion) {
+            self.force_offset.learn(acceleration.0, period_s(self.period_us));
         }
     }
 
