@@ -17,7 +17,7 @@ pub use crate::params::{AnyParams, Method};
 /// Checked parameters for the samples of one stream. Only [`AnyParams::validate`] creates them.
 #[derive(Clone, Debug)]
 pub enum AnyConfig<const CAPACITY: usize> {
-    /// Of [`Method::SelfCalibrating`].
+    /// Estimator of [`Method::SelfCalibrating`].
     SelfCalibrating(Config, Stream),
     /// Of [`Method::HalfWidths`], with a window of at most `CAPACITY` samples.
     HalfWidths(HalfWidthConfig<CAPACITY>),
@@ -51,9 +51,9 @@ impl AnyParams {
 // The estimator stays where it was built, with room for the larger one.
 #[allow(clippy::large_enum_variant)]
 pub enum AnyEstimator<const CAPACITY: usize> {
-    /// Of [`Method::SelfCalibrating`].
+    /// Estimator of [`Method::SelfCalibrating`].
     SelfCalibrating(ContactEstimator),
-    /// Of [`Method::HalfWidths`], and the learnt state of the parameters: the method does not change it.
+    /// Estimator of [`Method::HalfWidths`], with the learnt state of the parameters, which it does not change.
     HalfWidths(HalfWidthEstimator<CAPACITY>, Learnt),
 }
 
