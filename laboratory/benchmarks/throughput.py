@@ -4,10 +4,10 @@
     cd laboratory && python -m benchmarks.throughput [--print]
 
 A million samples of a simulated walk go through `footfall.estimate` in one call, and on two threads at
-once. Beside it stands the paper's method as its authors compute it: for each sample, each axis and the
-window of 50 samples a kernel density estimate of scikit-learn, evaluated at 50 points in the half-width and
-summed up by the rectangle rule. That is written here from the paper, as their script is not part of this
-repository; it runs on a small slice. Times are the best of several runs.
+once. It is compared with the paper's method as its authors compute it: for each sample and each axis, a kernel
+density estimate of scikit-learn over the window of 50 samples is evaluated at 50 points in the half-width and
+summed up by the rectangle rule. This method is written here from the paper, because the authors' script is not
+part of this repository, and runs on a small slice. Times are the best of several runs.
 """
 
 from __future__ import annotations

@@ -58,7 +58,7 @@ class Odometry:
     detectors: dict[str, tuple[float, float, float]]
     """Mean and largest error of the walks, m, and the mean normalised innovation squared."""
     halves: list[tuple[float, float, float, float]]
-    """Speed and lever chosen on every second walk; mean error on the others; the default's error there, m."""
+    """Speed and lever that are best on every second walk, and the mean errors of this choice and of the default on the others, m."""
 
 
 def run() -> Odometry:

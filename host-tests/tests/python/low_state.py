@@ -3,7 +3,7 @@ own, and with the contacts in the copy, read by a third-party library. A consume
 
 usage: low_state.py copy.mcap [scale]
 
-Without a scale the forces are those of the decisions; with it, those of the loads, which are the robot's own forces.
+Without a scale the forces follow the decisions. With a scale they follow the loads, which are the robot's own forces.
 Prints the number of states.
 """
 

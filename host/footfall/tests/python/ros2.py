@@ -90,7 +90,7 @@ def plain(value):
     if kind in (int, float):
         return number(value)
     if kind in (list, tuple) or kind.__name__ in ("ndarray", "array"):
-        # Of numbers alone, as a covariance is.
+        # The sequence has numbers alone, like a covariance.
         if set(map(type, value)) == {float}:
             return tuple(map(number, value))
         return tuple(plain(item) for item in value)
