@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use samples::estimate::Estimator;
 use samples::{RecordedSample, steady_time};
 
-use crate::parameters::value_error;
+use crate::words::value_error;
 
 /// Returns the constants of the default method by their names.
 #[pyfunction]

@@ -16,8 +16,8 @@ use pyo3::types::PyDict;
 use tables::output::seconds;
 use wire::NodeId;
 
-use crate::parameters::value_error;
 use crate::result::CommonColumns;
+use crate::words::value_error;
 
 /// Flags of frames, which follow the flags of the estimator.
 const OF_FRAMES: [&str; 4] = ["starting", "fault", "doubtful", "time_not_known"];

@@ -15,9 +15,9 @@ use stored::About;
 use stored::rate::{rate_of_times, unit_of_step};
 
 use crate::arrays::{Numbers, View};
-use crate::parameters::{Settings, SettingsArguments, value_error};
+use crate::parameters::{Settings, SettingsArguments};
 use crate::result::run;
-use crate::words::{Origin, in_words_of, refused};
+use crate::words::{Origin, in_words_of, refused, value_error};
 
 /// Arrays of a recording, for use without the interpreter lock.
 struct Recorded<'a> {

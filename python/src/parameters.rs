@@ -12,7 +12,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::result::Failure;
-use crate::words::{Origin, in_words_of};
+use crate::words::{Origin, in_words_of, value_error};
 
 /// Settings of the estimator, and properties of the recording.
 #[derive(Clone)]
@@ -137,11 +137,6 @@ impl Settings {
         let preset = self.resolved.preset;
         preset.window_notice(format, &params, name, rate)
     }
-}
-
-/// Returns an error with this text.
-pub(crate) fn value_error(error: impl Display) -> PyErr {
-    PyValueError::new_err(error.to_string())
 }
 
 /// Returns an error about an argument.

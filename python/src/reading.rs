@@ -22,9 +22,9 @@ use stored::{About, Stored};
 use tables::output::seconds;
 
 use crate::arrays::table;
-use crate::parameters::{Settings, SettingsArguments, gravity, named, value_error};
+use crate::parameters::{Settings, SettingsArguments, gravity, named};
 use crate::result::{Estimated, Failure, run, run_recorded};
-use crate::words::{Origin, all_in_words, in_words, refused};
+use crate::words::{Origin, all_in_words, in_words, refused, value_error};
 
 /// Columns of a recording, filled without the interpreter lock.
 #[derive(Default)]

@@ -17,8 +17,8 @@ use samples::space::components;
 use stored::About;
 
 use crate::arrays::table;
-use crate::parameters::value_error;
 use crate::reading::RecordingColumns;
+use crate::words::value_error;
 
 /// The longest walk, s.
 const LONGEST_S: f64 = 86_400.0;

@@ -11,8 +11,9 @@ use samples::space::components;
 use samples::{RecordedSample, finite_load, imu_sample, steady_time};
 
 use crate::estimate::{micros, readings, validity_at};
-use crate::parameters::{Settings, SettingsArguments, value_error};
+use crate::parameters::{Settings, SettingsArguments};
 use crate::result::{EventRow, event_row};
+use crate::words::value_error;
 
 /// The estimator of one foot; see `footfall.Estimator`.
 #[derive(Clone)]

@@ -6,8 +6,7 @@ use std::fmt::Display;
 use options::hint::{Hint, InWords, Setting, Vocabulary};
 use options::{AccelerationUnit, RateUnit};
 use pyo3::PyErr;
-
-use crate::parameters::value_error;
+use pyo3::exceptions::PyValueError;
 
 /// Origin of samples, on which the arguments depend that are there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -161,6 +160,11 @@ pub(crate) fn in_words(what: &impl InWords) -> String {
 #[expect(clippy::needless_pass_by_value, reason = "it maps errors, which are passed by value")]
 pub(crate) fn refused(error: impl InWords) -> PyErr {
     value_error(in_words(&error))
+}
+
+/// Returns an error with this text.
+pub(crate) fn value_error(error: impl Display) -> PyErr {
+    PyValueError::new_err(error.to_string())
 }
 
 /// Texts of notices, with arguments in them.

@@ -14,7 +14,7 @@ use wire::uart::{Answer, ConfigGet, ConfigResponse, ConfigSet, Message, NmtReque
 use wire::{AbortCode, Address, CanFrame, DataType, Emergency, NodeId, Value};
 
 use super::name::Named;
-use super::request::{FootRequest, RequestError};
+use super::request::{FootRequest, RequestError, TRIES};
 use super::scan::{self, SCAN, upload};
 use crate::decode::live::{FootKey, FootMessage, LiveDecoder, MessageBody};
 use crate::link::{LISTEN, LineClock, Link, LinkError, Sending, SharedLine};
@@ -30,9 +30,6 @@ const STORE_INTERVAL: Duration = Duration::from_millis(1_100);
 
 /// Maximum number of attempts to store: an emulated foot may be slower than this machine's clock.
 const STORE_TRIES: u32 = 8;
-
-/// Maximum number of attempts per request, because frames may be lost.
-pub(super) const TRIES: u32 = 3;
 
 /// Tolerance for messages out of order on a serial line, µs. If the clock is behind by more, the foot has restarted.
 const DISORDER_US: u64 = 20_000;

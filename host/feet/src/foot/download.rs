@@ -5,8 +5,8 @@ use std::time::Duration;
 use crc::{CRC_16_XMODEM, Crc};
 use wire::{Address, NodeId};
 
-use super::client::{Client, TRIES};
-use super::request::{FootRequest, RequestError};
+use super::client::Client;
+use super::request::{FootRequest, RequestError, TRIES};
 
 /// Response timeout of a sub-block and of the end, before which the bytes are stored and checked.
 const STORED: Duration = Duration::from_secs(3);

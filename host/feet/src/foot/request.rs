@@ -6,10 +6,12 @@ use std::time::Duration;
 use thiserror::Error;
 use wire::{AbortCode, Address, DataType, NodeId};
 
-use super::client::TRIES;
 use super::name::Named;
 use crate::link::LinkError;
 use crate::remedy::{FootHint, Trouble};
+
+/// Maximum number of attempts per request, because frames may be lost.
+pub(super) const TRIES: u32 = 3;
 
 /// Error of a request.
 #[derive(Debug, Error)]

@@ -10,9 +10,9 @@ use wire::dictionary::index;
 use wire::node::{NmtCommand, NmtState};
 use wire::{AbortCode, Address, NodeId, Value};
 
-use super::client::{Client, TRIES};
+use super::client::Client;
 use super::download::download;
-use super::request::RequestError;
+use super::request::{RequestError, TRIES};
 
 /// Time in which the bootloader erases the slot for a new program, with a reserve: 128 KiB take up to 2 s in words of
 /// 32 bits (STM32F405 data sheet, DS8626, table 40).
