@@ -18,7 +18,7 @@
 //! | summaries on standard output, as text or JSON | [`report`] |
 //! | checking and writing output files | [`files`] |
 //! | removing unfinished files on interruption | [`interruption`] |
-//! | errors in words of the command line, messages on standard error | [`error`], [`messages`] |
+//! | errors, their words, messages on standard error | [`error`], [`words`], [`messages`] |
 //! | optional features | [`feature`] |
 
 pub mod commands;
@@ -34,6 +34,7 @@ pub mod ros;
 pub mod source;
 pub mod stream;
 pub mod topic_source;
+pub mod words;
 
 pub use error::Error;
 pub use source::{Source, SourceArgument};

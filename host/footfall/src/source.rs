@@ -23,8 +23,9 @@ use options::matches_pattern;
 use simulated_robot::{Demo, DemoError};
 use thiserror::Error;
 
+use crate::error::Worded;
 use crate::feature::{Feature, NotBuilt};
-use crate::topic_source::{FootLoad, ROS2, RosDomain, TopicFeet};
+use crate::topic_source::{FootLoad, ROS2, RosDomain, TopicFeet, TopicTextError};
 
 /// Kinds of sources beside lines, before the colon.
 const DEMO: &str = "demo";
@@ -71,13 +72,8 @@ pub enum SourceTextError {
     #[error("{0:?} are several sources: separate them by spaces")]
     Several(String),
     /// The text of a topic is invalid.
-    #[error("{:?}: {reason}", format!("{ROS2}:{text}"))]
-    Topic {
-        /// The text after the kind.
-        text: String,
-        /// Reason, with the expected form.
-        reason: &'static str,
-    },
+    #[error(transparent)]
+    Topic(#[from] TopicTextError),
     /// The text of a line or a file is invalid.
     #[error(transparent)]
     Line(SourceError),
@@ -123,6 +119,8 @@ pub enum FindError {
     #[error(transparent)]
     NotBuilt(#[from] NotBuilt),
 }
+
+impl Worded for FindError {}
 
 fn names(ports: &[UsbPort]) -> String {
     let names = ports.iter().map(|found| format!("{USB}:{}", found.serial));
@@ -415,6 +413,19 @@ impl LineSource for Source {
 
     fn is_in_lock_step(&self) -> bool {
         self.line().is_in_lock_step()
+    }
+}
+
+impl LineSource for TopicFeet {
+    #[cfg(feature = "ros2")]
+    fn open(&self) -> Result<Box<dyn Link>, LinkError> {
+        let line = crate::ros::subscriber::TopicLine::open(self)?;
+        Ok(Box::new(line))
+    }
+
+    #[cfg(not(feature = "ros2"))]
+    fn open(&self) -> Result<Box<dyn Link>, LinkError> {
+        Err(LinkError::Other(Box::new(Feature::Ros2.missing_for(self))))
     }
 }
 

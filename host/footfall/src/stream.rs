@@ -21,9 +21,10 @@ use options::hint::Hint;
 use wire::NodeId;
 
 use crate::Source;
-use crate::error::{Error, in_words};
+use crate::error::{Error, Worded};
 use crate::interruption::is_interrupted;
 use crate::messages::{detail, warn};
+use crate::words::in_words;
 
 /// Time without arrivals after which [`Sink::idle`] is called.
 const QUIET: Duration = Duration::from_millis(200);
@@ -336,6 +337,15 @@ pub struct SameName {
     /// Commands that give one of them another name.
     advice: String,
 }
+
+impl Worded for SameName {}
+
+/// No foot has sent anything that could be recorded.
+#[derive(Debug, thiserror::Error)]
+#[error("nothing was recorded, and no file is written")]
+pub struct NothingHeard;
+
+impl Worded for NothingHeard {}
 
 impl SameName {
     /// Describes two feet of a session of these sources with the same name, and names a position that no foot of it has.

@@ -16,12 +16,11 @@ use std::fmt;
 use std::net::{IpAddr, Ipv4Addr};
 use std::str::FromStr;
 
+use feet::Playback;
 use feet::decode::known_feet::Name;
-use feet::{LineSource, Link, LinkError, Playback};
 use options::LoadTopic;
 
-use crate::error::Error;
-use crate::source::SourceTextError;
+use crate::error::Worded;
 
 /// Kind of these sources, before the colon.
 pub const ROS2: &str = "ros2";
@@ -76,13 +75,13 @@ impl RosDomain {
     ///
     /// # Errors
     /// The variable has no domain.
-    pub fn or_environment(id: Option<u16>, networks: Vec<IpAddr>) -> Result<Self, Error> {
+    pub fn or_environment(id: Option<u16>, networks: Vec<IpAddr>) -> Result<Self, VariableError> {
         let name = "ROS_DOMAIN_ID";
         let id = match (id, env::var_os(name)) {
             (Some(id), _) => id,
             (None, None) => 0,
             (None, Some(text)) => parse_domain(&text.to_string_lossy())
-                .map_err(|reason| Error::Variable { name, reason })?,
+                .map_err(|reason| VariableError { name, reason })?,
         };
         let is = |variable, value| env::var(variable).is_ok_and(|text| text == value);
         let stays_here =
@@ -108,12 +107,33 @@ pub fn parse_domain(text: &str) -> Result<u16, String> {
     }
 }
 
+/// A variable of the environment has no valid value.
+#[derive(Debug, thiserror::Error)]
+#[error("environment variable {name}: {reason}")]
+pub struct VariableError {
+    name: &'static str,
+    /// Reason, with the value.
+    reason: String,
+}
+
+impl Worded for VariableError {}
+
+/// The text of a topic is invalid.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{:?}: {reason}", format!("{ROS2}:{text}"))]
+pub struct TopicTextError {
+    /// The text after the kind.
+    text: String,
+    /// Reason, with the expected form.
+    reason: &'static str,
+}
+
 impl FromStr for FootTopic {
-    type Err = SourceTextError;
+    type Err = TopicTextError;
 
     /// Reads `[FOOT=]TOPIC[.PART]`.
-    fn from_str(text: &str) -> Result<Self, SourceTextError> {
-        let invalid = |reason| SourceTextError::Topic { text: text.to_owned(), reason };
+    fn from_str(text: &str) -> Result<Self, TopicTextError> {
+        let invalid = |reason| TopicTextError { text: text.to_owned(), reason };
         let (name, address) = match text.split_once('=') {
             Some((name, address)) => (Some(name), address),
             None => (None, text),
@@ -188,19 +208,6 @@ impl fmt::Display for TopicFeet {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let feet: Vec<String> = self.feet.iter().map(ToString::to_string).collect();
         f.write_str(&feet.join(" "))
-    }
-}
-
-impl LineSource for TopicFeet {
-    #[cfg(feature = "ros2")]
-    fn open(&self) -> Result<Box<dyn Link>, LinkError> {
-        let line = crate::ros::subscriber::TopicLine::open(self)?;
-        Ok(Box::new(line))
-    }
-
-    #[cfg(not(feature = "ros2"))]
-    fn open(&self) -> Result<Box<dyn Link>, LinkError> {
-        Err(LinkError::Other(Box::new(crate::feature::Feature::Ros2.missing_for(self))))
     }
 }
 

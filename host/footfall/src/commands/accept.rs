@@ -14,11 +14,12 @@ use wire::NodeId;
 
 use super::foot::{Identity, to_json};
 use super::options::{HELP_OF_BOARDS, parse_node};
-use crate::error::{Error, FootError, with_hint};
+use crate::error::{Error, Worded};
 use crate::interruption::{finish_when_interrupted, is_interrupted};
 use crate::messages;
 use crate::report::{Described, Document, print_text};
 use crate::source::{Source, SourceArgument, find_all};
+use crate::words::with_hint;
 
 /// Arguments of `footfall accept`.
 #[derive(Debug, Args)]
@@ -54,27 +55,22 @@ impl AcceptArguments {
             if sources.len() > 1 {
                 messages::aside(format!("{source}:"));
             }
-            match self.accept(source) {
-                Err(Error::Foot(FootError::NotAccepted(why))) if sources.len() > 1 => {
-                    rejected.push(format!("{source}: {why}"));
-                }
-                done => done?,
+            match self.accept(source)? {
+                Some(why) if sources.len() > 1 => rejected.push(format!("{source}: {why}")),
+                Some(why) => rejected.push(why),
+                None => {}
             }
             if is_interrupted() {
                 break;
             }
         }
-        if rejected.is_empty() {
-            Ok(())
-        } else {
-            Err(FootError::NotAccepted(rejected.join("; ")).into())
-        }
+        if rejected.is_empty() { Ok(()) } else { Err(NotAccepted(rejected.join("; ")).into()) }
     }
 
-    /// Measures one board.
-    fn accept(&self, source: &Source) -> Result<(), Error> {
+    /// Measures one board. Returns the reason if it is not accepted.
+    fn accept(&self, source: &Source) -> Result<Option<String>, Error> {
         let link = source.open_for_requests()?;
-        let mut client = Client::new(link, self.node).map_err(FootError::from)?;
+        let mut client = Client::new(link, self.node)?;
         // Some steps change settings of the foot, and restore them at their end.
         finish_when_interrupted();
         let mut steps =
@@ -108,12 +104,12 @@ impl AcceptArguments {
         report.finish(&figures, end);
         let text = if self.json { report.to_json() } else { report.summary() };
         print_text(&text).map_err(Error::Print)?;
-        done.map_err(FootError::from)?;
+        done?;
         let is_out = |figure: &&Figure| figure.verdict() == Verdict::Out;
         let out = figures.iter().filter(is_out);
         let names: Vec<_> = out.map(|figure| figure.limit.name).collect();
         if report.accepted {
-            return Ok(());
+            return Ok(None);
         }
         let why = if !names.is_empty() {
             names.join(", ")
@@ -122,9 +118,16 @@ impl AcceptArguments {
         } else {
             "nothing was measured".to_owned()
         };
-        Err(FootError::NotAccepted(why).into())
+        Ok(Some(why))
     }
 }
+
+/// Figures of a board are out of their limits.
+#[derive(Debug, thiserror::Error)]
+#[error("not accepted: {0}")]
+struct NotAccepted(String);
+
+impl Worded for NotAccepted {}
 
 /// Result with the figures of a healthy foot on the virtual board: a row for each step and quantity.
 const PREDICTIONS: &str = include_str!("acceptance.json");
@@ -200,7 +203,7 @@ impl Described for AcceptReport {
 
 impl AcceptReport {
     /// Creates the report of a foot before the first step.
-    fn of(client: &mut Client, steps: &[AcceptStep]) -> Result<Self, FootError> {
+    fn of(client: &mut Client, steps: &[AcceptStep]) -> Result<Self, Error> {
         let identity = Identity::read(client)?;
         Ok(Self {
             steps: steps.iter().map(|step| step.name()).collect(),

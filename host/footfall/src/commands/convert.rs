@@ -28,8 +28,11 @@ use tables::output::{write_recording_header, write_recording_row};
 #[cfg(feature = "parquet")]
 use tables::parquet_output::ParquetSamples;
 
-use super::options::{self, INPUT, OUTPUT, OverwriteArguments, ReadingArguments, with_mounting};
-use crate::error::{Error, in_words};
+use super::options::{
+    self, FootTwice, INPUT, OUTPUT, OverwriteArguments, ReadingArguments, with_mounting,
+};
+use super::span::{self, SpanError};
+use crate::error::{Error, Worded};
 use crate::feature::Feature;
 use crate::files::{self, OutputError, STANDARD, Target, write_file};
 use crate::messages::{aside, warn};
@@ -40,6 +43,7 @@ use crate::ros::recording::{LAST_US, clock_shift_us};
 use crate::ros::topics::unused_name;
 #[cfg(feature = "bags")]
 use crate::ros::{McapFile, SampleMessages, mcap_file::earliest};
+use crate::words::in_words;
 
 /// Examples of `footfall convert`.
 pub const EXAMPLES: &str = "\
@@ -95,13 +99,34 @@ impl Scan {
     }
 }
 
+/// Reason recordings cannot be converted to the output.
+#[derive(Debug, thiserror::Error)]
+enum ConvertError {
+    /// There is no output.
+    #[error("no output is given: name it after the recordings, or with --output")]
+    NoOutput,
+    /// Several feet cannot be written to one table.
+    #[error(
+        "{file} has several feet, but a table holds one: {}; choose one with --topic, or write .mcap",
+        feet.join(", ")
+    )]
+    OneFootOnly {
+        /// Recordings as given.
+        file: String,
+        /// Names of the feet.
+        feet: Vec<String>,
+    },
+}
+
+impl Worded for ConvertError {}
+
 impl ConvertArguments {
     pub(super) fn run(mut self) -> Result<(), Error> {
-        let span = options::span(self.from, self.to)?;
+        let span = span::span(self.from, self.to)?;
         let output = match self.output.take() {
             Some(output) => output,
             None if self.inputs.len() > 1 => self.inputs.pop().unwrap_or_default(),
-            None => return Err(Error::NoOutput),
+            None => return Err(ConvertError::NoOutput.into()),
         };
         let output_format = self.output_format(&output)?;
         files::check_inputs(&self.inputs)?;
@@ -111,7 +136,7 @@ impl ConvertArguments {
         resolved.check_axes(&names.collect::<Vec<_>>())?;
         if feet.len() > 1 && !output_format.holds_several() {
             let feet = feet.into_iter().map(|foot| foot.name).collect();
-            return Err(Error::OneFootOnly { file: self.input_names(), feet });
+            return Err(ConvertError::OneFootOnly { file: self.input_names(), feet }.into());
         }
         let mut scans = Vec::new();
         for foot in &mut feet {
@@ -122,7 +147,7 @@ impl ConvertArguments {
             scans.push(scan);
         }
         if scans.iter().all(|scan| scan.samples == 0) {
-            return Err(Error::NothingInSpan(self.input_names()));
+            return Err(SpanError::NoSample(self.input_names()).into());
         }
         let bag = self.write(&output, output_format, &mut feet, &scans, span)?;
         let has_loads = scans.iter().any(|scan| scan.has_load);
@@ -143,14 +168,14 @@ impl ConvertArguments {
             formats.push(opened.format());
             let input_options = self.reading.input_options(resolved, ContactUse::Ignored);
             let stored = opened.store_all(&input_options)?;
-            options::check_begin(&file, self.from, &stored)?;
+            span::check_begin(&file, self.from, &stored)?;
             for stored in stored {
                 stored.about.notices.iter().map(in_words).for_each(warn);
                 let name = stored.about.foot_or_name();
                 let same = feet.iter().find(|foot| foot.name == name);
                 if let Some(other) = same.filter(|other| other.file != file) {
                     let files = [other.file.clone(), file];
-                    return Err(Error::FootTwice { name: name.to_owned(), files });
+                    return Err(FootTwice { name: name.to_owned(), files }.into());
                 }
                 let taken = feet.iter().map(|foot| foot.name.as_str());
                 let name = unused_name(name, &taken.collect::<Vec<_>>());

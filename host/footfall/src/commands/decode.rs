@@ -8,10 +8,11 @@ use feet::decode::row::{HEADER, write_row};
 use feet::decode::{self, DecodeError, FileOutcome, KnownFeet};
 
 use super::options::{FeetArguments, OUTPUT, OverwriteArguments};
-use crate::error::{Error, with_hint};
+use crate::error::Error;
 use crate::files::{self, OutputError, STANDARD, Target, write_file};
 use crate::messages::{aside, warn};
 use crate::report::{SummaryStyle, print};
+use crate::words::with_hint;
 
 /// Arguments of `footfall decode`.
 #[derive(Debug, Args)]

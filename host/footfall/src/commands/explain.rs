@@ -5,7 +5,7 @@ use estimator_core::Phase;
 use feet::remedy::Trouble;
 use plausible::FindingKind;
 
-use crate::error::Error;
+use crate::error::{Error, Worded};
 use crate::report::print_text;
 
 /// Arguments of `footfall explain`.
@@ -14,6 +14,15 @@ pub struct ExplainArguments {
     /// Code such as 0x7007, or name such as settling or "sensor frozen"; without one, all are listed
     pub what: Vec<String>,
 }
+
+/// No fault, flag, refusal, state or finding has this name.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "{0:?} is unknown; footfall explain lists all faults, flags, refusals, states and findings"
+)]
+struct NothingToExplain(String);
+
+impl Worded for NothingToExplain {}
 
 impl ExplainArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
@@ -27,7 +36,7 @@ impl ExplainArguments {
             words()
                 .find(|(_, word, _)| *word == name)
                 .map(|(kind, word, meaning)| format!("{kind} {word}\n  {meaning}\n"))
-                .ok_or(Error::NothingToExplain(wanted))?
+                .ok_or(NothingToExplain(wanted))?
         };
         print_text(&explained).map_err(Error::Print)
     }

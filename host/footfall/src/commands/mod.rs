@@ -16,7 +16,7 @@
 //! | `explain` | [`explain`] |
 //! | `foot` | [`foot`] |
 //! | `completions`, `man` | this one |
-//! | options that commands share | [`options`] |
+//! | options that commands share | [`options`], `span` |
 //! | streaming feet, for `monitor`, `record`, `view` and `ros2` | [`stream`](crate::stream) |
 
 pub mod accept;
@@ -33,6 +33,7 @@ pub mod record;
 pub mod replay;
 #[cfg(feature = "ros2")]
 pub mod ros2;
+mod span;
 pub mod view;
 
 use std::path::PathBuf;

@@ -9,6 +9,7 @@
 //! | reading and estimate of a recording that is played as a source, or of samples on topics | [`PlayedArguments`] | `monitor`, `record`, `ros2`, `view` |
 //! | loads of feet on topics, and the domain of the topics | [`TopicArguments`] | the same, and `calibrate` |
 //! | replacing of files | [`OverwriteArguments`] | those that write a file |
+//! | the options that are given, by their names | [`GivenOptions`] | `calibrate` |
 //! | frames of messages, and messages of other programs | [`PublishedArguments`] | those that publish |
 //!
 //! The arguments about a recording reach the library in three steps:
@@ -20,12 +21,15 @@
 //!    [`Resolved::params_of`] gives the [`AnyParams`] of a foot. In both, options override the file, and the file
 //!    overrides the preset.
 
+use std::collections::BTreeMap;
+use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 
-use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::parser::ValueSource;
+use clap::{Arg, ArgMatches, Args, FromArgMatches, Id};
 use config::{
     ConfigError, ConfigFile, FootAxes, GRAVITIES, Preset, Resolved, parse_gravity,
     parse_sample_rate,
@@ -43,14 +47,12 @@ use options::{
     TableOptions, TimeUnit, Times, Topics, Units,
 };
 use plausible::{self, Finding};
-use replay::Span;
 use replay::summary::differences;
 use samples::Recording;
-use stored::Stored;
 use wire::NodeId;
 
 use crate::Source;
-use crate::error::{Error, in_words};
+use crate::error::{Error, Worded};
 use crate::files::Existing;
 use crate::messages::{error, warn};
 use crate::ros::Compat;
@@ -58,7 +60,8 @@ use crate::ros::compat::WRENCH_FORCE;
 #[cfg(any(feature = "bags", feature = "foxglove", feature = "ros2"))]
 use crate::ros::{AllFeet, Bridge};
 use crate::source::{SourceArgument, find_all, text_of};
-use crate::topic_source::{FootLoad, RosDomain, parse_domain};
+use crate::topic_source::{FootLoad, RosDomain, VariableError, parse_domain};
+use crate::words::in_words;
 
 /// Heading of the options for reading the input.
 pub const INPUT: &str = "Input";
@@ -91,30 +94,6 @@ impl RecordingArguments {
     /// The file cannot be read, or has an error.
     pub(crate) fn resolved(&self, window: Option<WindowLength>) -> Result<Resolved, Error> {
         self.reading.resolved(self.preset, self.config.as_deref(), window)
-    }
-
-    /// Returns the names of the given options on the reading and the estimate of recordings, except `--config`.
-    pub(crate) fn given_for_reading(&self) -> Vec<&'static str> {
-        let ReadingArguments { table, bag, .. } = &self.reading;
-        given_options([
-            ("--format", self.reading.format.is_some()),
-            ("--sample-rate", self.reading.sample_rate.is_some()),
-            ("--gravity", self.reading.gravity.is_some()),
-            ("--axes", self.reading.mounting.axes.is_some()),
-            ("--map", table.map.is_some()),
-            ("--units", table.units.is_some()),
-            ("--scale", table.scale.is_some()),
-            ("--decimal", table.decimal.is_some()),
-            ("--time-unit", table.time_unit.is_some()),
-            ("--times", table.times.is_some()),
-            ("--topic", !bag.topic.is_empty()),
-            ("--not-topic", !bag.not_topic.is_empty()),
-            ("--frame", !bag.frame.is_empty()),
-            ("--load-topic", !bag.load_topic.is_empty()),
-            ("--rename", !bag.rename.is_empty()),
-            ("--strict", self.reading.strict),
-            ("--preset", self.preset != Preset::default()),
-        ])
     }
 
     /// Returns the preset and the parameters that differ from it, in one line.
@@ -170,7 +149,7 @@ impl ReadingArguments {
             }
         }
         if self.strict && !findings.is_empty() {
-            return Err(Error::Implausible { file: file.to_owned(), count: findings.len() });
+            return Err(Implausible { file: file.to_owned(), count: findings.len() }.into());
         }
         Ok(())
     }
@@ -201,6 +180,18 @@ impl ReadingArguments {
         resolved.input_options(self.table.options(), self.bag.options(), contacts)
     }
 }
+
+/// A recording is implausible and `--strict` is given.
+#[derive(Debug, thiserror::Error)]
+#[error("{file}: --strict rejects {count} of the findings above")]
+struct Implausible {
+    /// Recording as given.
+    file: String,
+    /// Number of findings.
+    count: usize,
+}
+
+impl Worded for Implausible {}
 
 /// How the sensor is mounted in the foot.
 #[derive(Clone, Debug, Default, Args)]
@@ -337,6 +328,20 @@ impl BagArguments {
     }
 }
 
+/// Two recordings of a robot have the same foot.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "{name} is in both {} and {}, but a robot has each foot once; convert one of them with --rename {name}=OTHER first", files[0], files[1]
+)]
+pub(crate) struct FootTwice {
+    /// Name of the foot.
+    pub(crate) name: String,
+    /// The recordings.
+    pub(crate) files: [String; 2],
+}
+
+impl Worded for FootTwice {}
+
 /// Adjusts findings of a recording that was read with this mounting, so that suggested axes replace it.
 pub(crate) fn with_mounting(findings: Vec<Finding>, mounting: &Mounting) -> Vec<Finding> {
     let adjusted = |finding: Finding| finding.with_mounting(mounting);
@@ -372,34 +377,6 @@ pub(crate) fn read_config(path: &Path) -> Result<Resolved, ConfigError> {
 /// Place of a finding: a file, and the foot in it if it has a name.
 pub(crate) fn place(file: &str, foot: Option<&str>) -> String {
     foot.map_or_else(|| file.to_owned(), |foot| format!("{file}, foot {foot}"))
-}
-
-/// Returns the span from `--from` to `--to`, s on the recording's clock.
-///
-/// # Errors
-/// The span ends before it begins.
-pub(crate) fn span(from: Option<f64>, to: Option<f64>) -> Result<Span, Error> {
-    let span = Span::new(from, to);
-    if span.is_empty() {
-        let [from, to] = [from, to].map(Option::unwrap_or_default);
-        return Err(Error::EmptySpan { from, to });
-    }
-    Ok(span)
-}
-
-/// Checks that `--from` is not beyond the end of the longest foot of a file.
-///
-/// # Errors
-/// It is beyond that end.
-pub(crate) fn check_begin(file: &str, from: Option<f64>, feet: &[Stored]) -> Result<(), Error> {
-    let durations_s = feet.iter().map(|foot| foot.about.duration_s());
-    let duration = durations_s.fold(0.0, f64::max);
-    if let Some(from) = from
-        && from > duration
-    {
-        return Err(Error::BeyondTheEnd { file: file.to_owned(), from, duration });
-    }
-    Ok(())
 }
 
 /// Builds the help text on the syntax of sources from its beginning, up to the forms of `usb`, and the sources that not
@@ -484,7 +461,7 @@ impl TopicArguments {
     ///
     /// # Errors
     /// The variable of ROS has no domain.
-    pub(crate) fn domain(&self) -> Result<RosDomain, Error> {
+    pub(crate) fn domain(&self) -> Result<RosDomain, VariableError> {
         RosDomain::or_environment(self.domain_id, self.network.clone())
     }
 
@@ -495,7 +472,7 @@ impl TopicArguments {
     pub(crate) fn apply(&self, sources: Vec<Source>) -> Result<Vec<Source>, Error> {
         if !sources.iter().any(|source| matches!(source, Source::Topics(_))) {
             return match self.loads.first() {
-                Some(_) => Err(Error::LoadOfNoTopic(text_of(&sources))),
+                Some(_) => Err(LoadOfNoTopic(text_of(&sources)).into()),
                 None => Ok(sources),
             };
         }
@@ -504,6 +481,15 @@ impl TopicArguments {
         Ok(applied.collect())
     }
 }
+
+/// Loads on topics are given for other sources.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "{0} has no topics of ROS 2, for which --load names the loads of feet: use ros2:FOOT=TOPIC"
+)]
+struct LoadOfNoTopic(String);
+
+impl Worded for LoadOfNoTopic {}
 
 impl ListenArguments {
     /// Returns the sources and the feet.
@@ -614,7 +600,7 @@ impl PlayedArguments {
         let playback = self.playback()?;
         let found = find_all(sources)?;
         if playback != Playback::default() && !found.iter().any(Source::is_estimated_here) {
-            return Err(Error::NotPlayed(text_of(sources)));
+            return Err(NotPlayed(text_of(sources)).into());
         }
         let found = found.into_iter();
         Ok(found.map(|source| source.played_with(playback.clone())).collect())
@@ -639,6 +625,15 @@ impl PlayedArguments {
     }
 }
 
+/// Options about recordings of an IMU are given for feet that stream.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "{0} is not a recording of an IMU: --config, --topic, --load-topic, --axes, --units and similar options apply only to file: and ros2:"
+)]
+struct NotPlayed(String);
+
+impl Worded for NotPlayed {}
+
 /// Returns the names of the given options that change an estimate and nothing else. A notice names them if the contacts
 /// of a bag are the estimates, because they have no effect then.
 pub(crate) fn estimator_options(
@@ -647,20 +642,62 @@ pub(crate) fn estimator_options(
     window: Option<WindowLength>,
     mounting: &MountingArguments,
 ) -> Vec<&'static str> {
-    given_options([
+    let options = [
         ("--preset", preset != Preset::default()),
         ("--config", config.is_some()),
         ("--window", window.is_some()),
         ("--axes", mounting.axes.is_some()),
-    ])
+    ];
+    options.into_iter().filter(|(_, is_given)| *is_given).map(|(option, _)| option).collect()
 }
 
-/// Returns the names of the options that are given.
-pub(crate) fn given_options<const N: usize>(
-    options: [(&'static str, bool); N],
-) -> Vec<&'static str> {
-    let given = options.into_iter().filter(|(_, is_given)| *is_given);
-    given.map(|(option, _)| option).collect()
+/// Options of the command line that differ from their defaults. It has no option of its own: flatten it as the first
+/// field, because clap takes the values of the other fields out of the matches.
+#[derive(Clone, Debug, Default)]
+pub struct GivenOptions {
+    /// Values as given, by the id of their option.
+    values: BTreeMap<String, Vec<OsString>>,
+}
+
+impl GivenOptions {
+    /// Returns the names of those that are among the options `A`, in the order of their definition.
+    pub(crate) fn among<A: Args>(&self) -> Vec<String> {
+        let command = A::augment_args(clap::Command::new(""));
+        let given = command.get_arguments().filter(|option| {
+            let values = self.values.get(option.get_id().as_str());
+            values.is_some_and(|values| *values != option.get_default_values())
+        });
+        given.filter_map(Arg::get_long).map(|name| format!("--{name}")).collect()
+    }
+}
+
+impl FromArgMatches for GivenOptions {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let mut given = Self::default();
+        given.update_from_arg_matches(matches)?;
+        Ok(given)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        let is_given =
+            |id: &&Id| matches.value_source(id.as_str()) == Some(ValueSource::CommandLine);
+        for id in matches.ids().filter(is_given) {
+            let values = matches.try_get_raw(id.as_str()).ok().flatten();
+            let values = values.into_iter().flatten().map(OsStr::to_owned).collect();
+            self.values.insert(id.to_string(), values);
+        }
+        Ok(())
+    }
+}
+
+impl Args for GivenOptions {
+    fn augment_args(command: clap::Command) -> clap::Command {
+        command
+    }
+
+    fn augment_args_for_update(command: clap::Command) -> clap::Command {
+        command
+    }
 }
 
 /// Whether results replace files of their names. Commands that write a file have this option.

@@ -16,7 +16,7 @@ use {
     crate::messages::{aside, warn},
     crate::report::print_text,
     crate::ros::{McapFile, Published},
-    crate::stream::{Sink, Stream, deadline, unless_ended},
+    crate::stream::{NothingHeard, SameName, Sink, Stream, deadline, unless_ended},
     feet::source::Speed,
     mcap::write::NoSeek,
     std::fmt::Write as _,
@@ -74,14 +74,14 @@ impl RecordArguments {
         let end = deadline(stream.clock(), self.seconds);
         let ended = match stream.run(end, &mut recording) {
             // The messages before the error are kept.
-            Err(error @ Error::SameName(_)) => Err(error),
+            Err(error) if error.is::<SameName>() => Err(error),
             ended => unless_ended(ended?),
         };
         stream.report();
         if recording.is_empty() {
             recording.remove()?;
             ended?;
-            return Err(Error::NothingHeard);
+            return Err(NothingHeard.into());
         }
         let is_in_place = recording.is_in_place;
         let report = recording.finish()?;

@@ -6,11 +6,12 @@ use clap::Args;
 
 use super::options::{ListenArguments, PublishedArguments};
 use crate::Source;
-use crate::error::Error;
+use crate::error::{Error, Worded};
 use crate::interruption::finish_when_interrupted;
 use crate::messages::warn;
 use crate::report::print_text;
 use crate::ros::Published;
+use crate::ros::domain::NodeError;
 use crate::ros::node::{FootNode, FootNodeOptions, Reliability};
 use crate::source::text_of;
 use crate::stream::{Sink, Stream, deadline, unless_ended};
@@ -73,6 +74,19 @@ impl Ros2Arguments {
         stream.report();
         finish(node)?;
         unless_ended(ended)
+    }
+}
+
+/// The node failed.
+#[derive(Debug, thiserror::Error)]
+#[error("ROS 2: {0}")]
+struct Ros2Error(NodeError);
+
+impl Worded for Ros2Error {}
+
+impl From<NodeError> for Error {
+    fn from(error: NodeError) -> Self {
+        Ros2Error(error).into()
     }
 }
 

@@ -37,13 +37,13 @@ use samples::phase_code;
 use wire::uart::RawMessage;
 use wire::{Counter, Fault, Faults};
 
-use crate::error::in_words;
 use crate::ros::compat::{AllFeet, Body};
 use crate::ros::message::{
     ABSENT, DiagnosticArray, DiagnosticStatus, Imu, KeyValue, Level, RosContact, RosMessage,
     TwistWithCovarianceStamped, vector, zero_velocity,
 };
 use crate::ros::topics::{DIAGNOSTICS, FootTopics, NODE, Published};
+use crate::words::in_words;
 
 /// Diagnostic message of a foot without contacts.
 pub const SILENT: &str = "silent: no contact for half a second";

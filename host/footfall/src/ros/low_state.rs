@@ -13,7 +13,7 @@ use rustdds::no_key::{DataWriter, SerializerAdapter};
 use rustdds::{DomainParticipant, QosPolicies, RepresentationIdentifier, TopicKind};
 
 use crate::messages::{detail, warn};
-use crate::ros::node::NodeError;
+use crate::ros::domain::NodeError;
 use crate::ros::subscriber::{AnyMessage, FoundTopic, Message, Signal, subscribe_if_found};
 
 /// Topic on which the robot publishes its states.

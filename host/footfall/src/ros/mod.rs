@@ -8,7 +8,8 @@
 //! | recorded samples and estimates as messages on topics | [`recording`] |
 //! | contacts of all feet in one message of other programs | [`compat`] |
 //! | recording of messages: MCAP | `mcap_file`, with the feature `bags` |
-//! | node that publishes the messages | `node`, with the feature `ros2` |
+//! | joining a domain of DDS | `domain`, with the feature `ros2` |
+//! | node that publishes the messages | `node`, the same |
 //! | topics of IMUs as a line of feet; definitions of an installation of ROS | `subscriber`, `definitions`, the same |
 //! | the states of a Unitree robot with other forces | `low_state`, the same |
 //! | routes to subscribers on this machine | `routes`, the same |
@@ -17,6 +18,8 @@ pub mod bridge;
 pub mod compat;
 #[cfg(feature = "ros2")]
 mod definitions;
+#[cfg(feature = "ros2")]
+pub mod domain;
 #[cfg(feature = "ros2")]
 mod low_state;
 #[cfg(feature = "bags")]

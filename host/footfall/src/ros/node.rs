@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
-use std::net::{IpAddr, Ipv4Addr, UdpSocket};
+use std::net::IpAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
@@ -18,11 +18,11 @@ use ros2_client::{
     Context, MessageTypeName, Name, Node, NodeEvent, NodeName, NodeOptions, ParameterValue,
     Publisher, WriteError,
 };
-use rustdds::{DomainParticipant, DomainParticipantBuilder, QosPolicies, RTPSEntity};
-use thiserror::Error;
+use rustdds::{DomainParticipant, QosPolicies, RTPSEntity};
 
 use crate::ros::Compat;
 use crate::ros::compat::LOW_STATE_TOPIC;
+use crate::ros::domain::{NodeError, join};
 use crate::ros::low_state::LowStateMerger;
 use crate::ros::message::{Definition, RosMessage};
 use crate::ros::routes::Routes;
@@ -136,58 +136,6 @@ impl FootNodeOptions {
     }
 }
 
-/// Reason a node or a topic cannot be created.
-#[derive(Debug, Error)]
-pub enum NodeError {
-    /// A name is not valid in ROS.
-    #[error(
-        "{name:?} is not a valid name of a {what} in ROS: use letters, digits and _, begin with a letter, and do not use __"
-    )]
-    Name {
-        /// Kind of the name.
-        what: &'static str,
-        /// Name as given.
-        name: String,
-    },
-    /// No interface of this machine has the address. Nothing would be sent, and no error reported.
-    #[error("network {address}: {source}; give the IPv4 address of an interface of this machine")]
-    Network {
-        /// The address.
-        address: IpAddr,
-        /// Error of the operating system.
-        source: io::Error,
-    },
-    /// Nothing can be sent in the domain.
-    #[error("domain {domain_id}: {reason}")]
-    Domain {
-        /// The domain.
-        domain_id: u16,
-        /// Error of `rustdds`.
-        reason: String,
-    },
-    /// The node or a publisher cannot be created.
-    #[error("{name}: {reason}")]
-    Create {
-        /// The node or the topic.
-        name: String,
-        /// Error of `ros2-client`.
-        reason: String,
-    },
-}
-
-impl NodeError {
-    /// Returns the conversion of an error of `ros2-client` about a node or a topic.
-    fn create(name: impl Into<String>) -> impl Fn(&dyn std::fmt::Display) -> Self {
-        let name = name.into();
-        move |error| Self::Create { name: name.clone(), reason: error.to_string() }
-    }
-}
-
-fn bad_name(what: &'static str, name: &str) -> NodeError {
-    let name = name.to_owned();
-    NodeError::Name { what, name }
-}
-
 /// Counts of the messages of a topic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sent {
@@ -197,27 +145,9 @@ pub struct Sent {
     pub not_sent: u64,
 }
 
-/// Returns the first address that no interface has, with the reason. `rustdds` does not use IPv6 addresses.
-fn first_absent(networks: &[IpAddr]) -> Option<(IpAddr, io::Error)> {
-    networks.iter().find_map(|&address| {
-        let bound = match address {
-            IpAddr::V4(Ipv4Addr::UNSPECIFIED) => Err(io::ErrorKind::AddrNotAvailable.into()),
-            IpAddr::V4(_) => UdpSocket::bind((address, 0)).map(drop),
-            IpAddr::V6(_) => Err(io::ErrorKind::Unsupported.into()),
-        };
-        bound.err().map(|source| (address, source))
-    })
-}
-
-/// Checks that interfaces of this machine have these addresses.
-///
-/// # Errors
-/// The first address that none has.
-pub(super) fn check_networks(networks: &[IpAddr]) -> Result<(), NodeError> {
-    match first_absent(networks) {
-        Some((address, source)) => Err(NodeError::Network { address, source }),
-        None => Ok(()),
-    }
+fn bad_name(what: &'static str, name: &str) -> NodeError {
+    let name = name.to_owned();
+    NodeError::Name { what, name }
 }
 
 /// A node that publishes.
@@ -263,16 +193,10 @@ impl FootNode {
         let name = Name::new("/", &options.name)
             .and_then(|_| NodeName::new(&options.absolute_namespace(), &options.name))
             .map_err(|_| bad_name("node", &options.name))?;
-        check_networks(&options.networks)?;
-        let mut participant = DomainParticipantBuilder::new(options.domain_id);
-        if !options.networks.is_empty() {
-            participant = participant.with_only_networks(options.networks.iter().copied());
-        }
-        let participant = participant.build();
-        let domain = |reason: String| NodeError::Domain { domain_id: options.domain_id, reason };
-        let participant = participant.map_err(|error| domain(error.to_string()))?;
+        let domain_id = options.domain_id;
+        let participant = join(domain_id, &options.networks)?;
         let context = Context::from_domain_participant(participant.clone());
-        let context = context.map_err(|error| domain(error.to_string()))?;
+        let context = context.map_err(NodeError::domain(domain_id))?;
         let create = NodeError::create(name.fully_qualified_name());
         let node = context.new_node(name.clone(), parameters(&options));
         let mut node = node.map_err(|error| create(&error))?;

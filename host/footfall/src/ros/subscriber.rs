@@ -21,15 +21,15 @@ use rustdds::discovery::DiscoveredWriterData;
 use rustdds::no_key::{Decode, DefaultDecoder, DeserializerAdapter, SimpleDataReader};
 use rustdds::policy::{Durability, History, Reliability};
 use rustdds::{
-    DomainParticipant, DomainParticipantBuilder, GUID, QosPolicies, QosPolicyBuilder,
-    RepresentationIdentifier, Subscriber, TopicKind,
+    DomainParticipant, GUID, QosPolicies, QosPolicyBuilder, RepresentationIdentifier, Subscriber,
+    TopicKind,
 };
 use stored::OLDEST_LOAD_US;
 
-use crate::error::in_words;
 use crate::ros::definitions;
-use crate::ros::node::{NodeError, check_networks};
-use crate::topic_source::{FootTopic, RosDomain, TopicFeet};
+use crate::ros::domain::{NodeError, join};
+use crate::topic_source::{FootTopic, TopicFeet};
+use crate::words::in_words;
 
 /// Type of the messages of an IMU.
 const IMU: &str = "sensor_msgs/msg/Imu";
@@ -120,21 +120,6 @@ impl Signal {
     }
 }
 
-/// Joins a domain, to subscribe.
-///
-/// # Errors
-/// The interfaces or the ports cannot be used.
-pub(super) fn join(domain: &RosDomain) -> Result<DomainParticipant, NodeError> {
-    check_networks(&domain.networks)?;
-    let mut participant = DomainParticipantBuilder::new(domain.id);
-    if !domain.networks.is_empty() {
-        participant = participant.with_only_networks(domain.networks.iter().copied());
-    }
-    participant
-        .build()
-        .map_err(|error| NodeError::Domain { domain_id: domain.id, reason: error.to_string() })
-}
-
 /// Quality of service of a subscriber.
 fn qos(is_reliable: bool) -> QosPolicies {
     let reliability = if is_reliable {
@@ -212,10 +197,7 @@ fn subscribe(
     Publisher { topic, message, dds_type, .. }: &Publisher,
     is_reliable: bool,
 ) -> Result<FoundTopic, NodeError> {
-    let create = |error: &dyn std::fmt::Display| NodeError::Create {
-        name: topic.clone(),
-        reason: error.to_string(),
-    };
+    let create = NodeError::create(topic);
     let qos = qos(is_reliable);
     let dds_topic =
         participant.create_topic(format!("rt{topic}"), dds_type.clone(), &qos, TopicKind::NoKey);
@@ -313,7 +295,7 @@ impl TopicLine {
             new_imu(foot, &foot.name, wanted)?;
         }
         let other = |error: NodeError| LinkError::Other(Box::new(error));
-        let participant = join(&wanted.domain).map_err(other)?;
+        let participant = join(wanted.domain.id, &wanted.domain.networks).map_err(other)?;
         let subscriber = participant.create_subscriber(&qos(false));
         let subscriber = subscriber.map_err(|error| LinkError::Other(Box::new(error)))?;
         let signal = Arc::new(Signal::default());

@@ -21,9 +21,9 @@ use serde::{Serialize, Serializer};
 use wire::Foot;
 use wire::node::Calibration;
 
-use super::CalibrateArguments;
+use super::{CalibrateArguments, CalibrateError};
 use crate::commands::foot::{check_interruption, wait_until_settled};
-use crate::error::{Error, FootError};
+use crate::error::Error;
 use crate::interruption::{finish_when_interrupted, is_interrupted};
 use crate::messages;
 use crate::report::Described;
@@ -45,7 +45,7 @@ pub(super) fn sources(inputs: &[PathBuf]) -> Result<Option<Vec<Source>>, Error> 
         return Ok(None);
     }
     if sources.len() < inputs.len() {
-        return Err(Error::FilesAndFeet);
+        return Err(CalibrateError::FilesAndFeet.into());
     }
     Ok(Some(find_all(&sources)?))
 }
@@ -97,12 +97,12 @@ pub(super) fn calibrate(arguments: &CalibrateArguments, sources: &[Source]) -> R
     let mut report = LiveReport { feet: BTreeMap::new(), written: false };
     for foot in &mut feet {
         let words = format!("{}: let the foot walk", foot.name);
-        wait_until_settled(&mut foot.client, arguments.seconds.into(), &words)?;
-        let learnt = calibration::learnt(&mut foot.client).map_err(FootError::from)?;
+        wait_until_settled(&mut foot.client, arguments.walking.seconds.into(), &words)?;
+        let learnt = calibration::learnt(&mut foot.client)?;
         let walked = WalkedFoot { learnt, mounting: foot.axes.clone() };
         report.feet.insert(foot.name.to_owned(), walked);
     }
-    report.written = arguments.write || agrees(&report);
+    report.written = arguments.walking.write || agrees(&report);
     check_interruption()?;
     if report.written {
         for foot in &mut feet {
@@ -122,9 +122,9 @@ fn open(arguments: &CalibrateArguments, sources: &[Source]) -> Result<Vec<Walkin
     let mut feet: Vec<Walking> = Vec::new();
     for (index, source) in sources.iter().enumerate() {
         let link = source.open_for_requests()?;
-        for mut client in Client::each(link, arguments.node).map_err(FootError::from)? {
-            let name = settings::position(&mut client).map_err(FootError::from)?.name();
-            let given = calibration::mounting(&mut client).map_err(FootError::from)?;
+        for mut client in Client::each(link, arguments.walking.node)? {
+            let name = settings::position(&mut client)?.name();
+            let given = calibration::mounting(&mut client)?;
             let axes = FoundAxes::Unknown;
             feet.push(Walking { client, name, source: index, given, axes });
         }
@@ -154,12 +154,12 @@ fn check_names(feet: &[Walking], sources: &[Source]) -> Result<(), SameName> {
 fn stand(arguments: &CalibrateArguments, foot: &mut Walking) -> Result<(), Error> {
     let name = foot.name;
     let mut person = Person {
-        patience: Duration::from_secs(arguments.seconds.into()),
+        patience: Duration::from_secs(arguments.walking.seconds.into()),
         tell: &mut |words| messages::aside(format!("{name}: {words}")),
         has_left: &is_interrupted,
     };
     let up = accept::force_at_rest(&mut foot.client, &foot.given, &mut person);
-    let up = up.map_err(FootError::from)?;
+    let up = up?;
     check_interruption()?;
     if up.is_none() {
         messages::warn(format!("{name} has not stood still, so its axes are not known"));
@@ -181,7 +181,7 @@ fn agrees(report: &LiveReport) -> bool {
 }
 
 /// Makes a foot keep its learnt values and its axes.
-fn write(foot: &mut Walking) -> Result<(), FootError> {
+fn write(foot: &mut Walking) -> Result<(), Error> {
     calibration::store(&mut foot.client, Calibration::Keep)?;
     let FoundAxes::Known(Some(mounting)) = &foot.axes else {
         return Ok(());

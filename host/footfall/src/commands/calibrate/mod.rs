@@ -19,6 +19,7 @@ use config::{ConfigError, Resolved};
 use estimator_core::any::AnyParams;
 use plausible::{self, Finding};
 use recordings::Opened;
+use replay::ReplayError;
 use replay::summary::{InputReport, LoadThresholds, WithInputs};
 use samples::mounting::{MountingReport, RestingUp};
 use serde::Serialize;
@@ -27,15 +28,16 @@ use stored::error::InputError;
 use wire::NodeId;
 
 use super::options::{
-    self, ESTIMATOR, INPUT, OUTPUT, OverwriteArguments, RecordingArguments, TopicArguments, check,
-    given_options, parse_node,
+    self, ESTIMATOR, GivenOptions, INPUT, OUTPUT, OverwriteArguments, RecordingArguments,
+    TopicArguments, check, parse_node,
 };
 use crate::Source;
-use crate::error::{CommandLine, Error, in_words};
+use crate::error::{Error, Worded};
 use crate::files::{self, OutputError, STANDARD, Target, write_file};
 use crate::messages::{aside, detail, warn};
 use crate::progress::Bars;
 use crate::report::{Described, SummaryStyle, print};
+use crate::words::{CommandLine, in_words};
 
 /// Examples of `footfall calibrate`.
 pub const EXAMPLES: &str = "\
@@ -45,24 +47,21 @@ Examples:
   footfall calibrate --rests sides.csv --config robot.toml --output robot.toml --overwrite
   footfall replay walk.csv --config robot.toml";
 
-/// Default of `--seconds`.
-const SECONDS: u16 = 120;
-
 /// Arguments of `footfall calibrate`.
 #[derive(Debug, Args)]
 pub struct CalibrateArguments {
+    /// The options that are given.
+    #[command(flatten)]
+    pub given: GivenOptions,
     /// Recordings of one walking foot; or, with --rests, of one sensor lying still on each of its six sides.
     /// Labels and load are not used. Several feet of a bag (--topic all) are calibrated separately, each with
     /// a table [feet.NAME] in the output. Or feet as they walk: usb, usb:FR, uart:PORT, can:INTERFACE, ros2:TOPIC
     /// or demo
     #[arg(required = true, value_name = "FILE|SOURCE")]
     pub inputs: Vec<PathBuf>,
-    /// Find the bias and scale of the accelerometer and the bias of the gyroscope instead
-    #[arg(long, conflicts_with = "axes", help_heading = ESTIMATOR)]
-    pub rests: bool,
-    /// Write the result as settings of this foot: the table [feet.NAME]
-    #[arg(long, value_name = "NAME", value_parser = NonEmptyStringValueParser::new(), requires = "output", help_heading = OUTPUT)]
-    pub foot: Option<String>,
+    /// Results of files.
+    #[command(flatten)]
+    pub files: FileArguments,
     /// Options for reading the recordings, and the parameters of the estimates.
     #[command(flatten)]
     pub recording: RecordingArguments,
@@ -75,18 +74,37 @@ pub struct CalibrateArguments {
     /// Loads on topics, and their domain.
     #[command(flatten)]
     pub topics: TopicArguments,
+    /// How walking feet are calibrated.
+    #[command(flatten)]
+    pub walking: WalkingArguments,
+    /// Print the report as one JSON object
+    #[arg(long, help_heading = OUTPUT)]
+    pub json: bool,
+}
+
+/// Result of files, and the foot that has it.
+#[derive(Debug, Args)]
+pub struct FileArguments {
+    /// Find the bias and scale of the accelerometer and the bias of the gyroscope instead
+    #[arg(long, conflicts_with = "axes", help_heading = ESTIMATOR)]
+    pub rests: bool,
+    /// Write the result as settings of this foot: the table [feet.NAME]
+    #[arg(long, value_name = "NAME", value_parser = NonEmptyStringValueParser::new(), requires = "output", help_heading = OUTPUT)]
+    pub foot: Option<String>,
+}
+
+/// How walking feet are calibrated.
+#[derive(Debug, Args)]
+pub struct WalkingArguments {
     /// Write the learnt values and the axes of walking feet to the feet without asking
     #[arg(long, help_heading = OUTPUT)]
     pub write: bool,
     /// Longest wait for each step of a walking foot, s
-    #[arg(long, value_name = "S", default_value_t = SECONDS, value_parser = clap::value_parser!(u16).range(1..=3600), help_heading = INPUT)]
+    #[arg(long, value_name = "S", default_value_t = 120, value_parser = clap::value_parser!(u16).range(1..=3600), help_heading = INPUT)]
     pub seconds: u16,
     /// Node id of a walking foot on a CAN bus, 1 to 127; not needed if there is only one foot
     #[arg(long, value_name = "ID", value_parser = parse_node, help_heading = INPUT)]
     pub node: Option<NodeId>,
-    /// Print the report as one JSON object
-    #[arg(long, help_heading = OUTPUT)]
-    pub json: bool,
 }
 
 /// Recording of a foot, with its file.
@@ -101,37 +119,28 @@ impl CalibrateArguments {
         if let Some(sources) = live::sources(&self.inputs)? {
             let is_topic = |source: &Source| matches!(source, Source::Topics(_));
             if sources.iter().all(is_topic) {
-                let of_others = given_options([
-                    ("--rests", self.rests),
-                    ("--foot", self.foot.is_some()),
-                    ("--write", self.write),
-                    ("--node", self.node.is_some()),
-                ]);
-                check_unused("topics", &of_others)?;
+                let mut of_feet = self.given.among::<WalkingArguments>();
+                of_feet.retain(|option| option != "--seconds");
+                check_unused("topics", &[self.given.among::<FileArguments>(), of_feet])?;
                 return topics::calibrate(self, sources);
             }
             if let Some(topics) = sources.iter().find(|source| is_topic(source)) {
-                return Err(Error::TopicsAndFeet(topics.to_string()));
+                return Err(CalibrateError::TopicsAndFeet(topics.to_string()).into());
             }
             let sources = self.topics.apply(sources)?;
-            let own = given_options([("--rests", self.rests), ("--foot", self.foot.is_some())]);
-            let of_recordings = [own, self.recording.given_for_reading()].concat();
-            check_unused("walking feet", &of_recordings)?;
+            // The file of --config is updated with the result.
+            let mut of_recordings = self.given.among::<RecordingArguments>();
+            of_recordings.retain(|option| option != "--config");
+            let of_files = [self.given.among::<FileArguments>(), of_recordings];
+            check_unused("walking feet", &of_files)?;
             return live::calibrate(self, &sources);
         }
-        let of_feet = given_options([
-            ("--write", self.write),
-            ("--seconds", self.seconds != SECONDS),
-            ("--load", !self.topics.loads.is_empty()),
-            ("--domain-id", self.topics.domain_id.is_some()),
-            ("--network", !self.topics.network.is_empty()),
-            ("--node", self.node.is_some()),
-        ]);
-        check_unused("recordings", &of_feet)?;
+        let of_topics = self.given.among::<TopicArguments>();
+        check_unused("recordings", &[of_topics, self.given.among::<WalkingArguments>()])?;
         files::check_inputs(&self.inputs)?;
         self.check_output(&self.inputs)?;
         let resolved = self.recording.resolved(None)?;
-        if self.rests { self.calibrate_sensor(&resolved) } else { self.learn(&resolved) }?;
+        if self.files.rests { self.calibrate_sensor(&resolved) } else { self.learn(&resolved) }?;
         if self.output.is_none() && !self.json {
             aside(
                 "not kept: --output robot.toml writes it to a file, for footfall replay with --config robot.toml",
@@ -158,14 +167,14 @@ impl CalibrateArguments {
     /// Returns the properties of the files, with the correction of the foot that is calibrated.
     fn input_options(&self, resolved: &Resolved) -> Result<InputOptions, Error> {
         let mut input_options = self.recording.reading.input_options(resolved, ContactUse::Ignored);
-        match (&self.foot, input_options.foot_corrections.keys().next()) {
+        match (&self.files.foot, input_options.foot_corrections.keys().next()) {
             (Some(foot), _) => {
                 let foot = foot.as_str();
                 resolved.check_axes(&[foot])?;
                 input_options.correction = *input_options.correction_of(&[foot]);
                 input_options.foot_corrections.clear();
             }
-            (None, Some(named)) => return Err(Error::WhichFoot(named.clone())),
+            (None, Some(named)) => return Err(CalibrateError::WhichFoot(named.clone()).into()),
             (None, None) => {}
         }
         Ok(input_options)
@@ -207,14 +216,15 @@ impl CalibrateArguments {
 
     /// Learns a foot, or each foot of a bag with several.
     fn learn(&self, resolved: &Resolved) -> Result<(), Error> {
-        if self.foot.is_none() && self.recording.reading.bag.may_be_of_several_feet() {
+        if self.files.foot.is_none() && self.recording.reading.bag.may_be_of_several_feet() {
             return self.learn_feet(resolved);
         }
         let input_options = self.input_options(resolved)?;
         let inputs = self.recordings(&input_options);
-        let report = self.learn_foot(resolved, self.foot.as_deref(), &input_options, inputs)?;
+        let report =
+            self.learn_foot(resolved, self.files.foot.as_deref(), &input_options, inputs)?;
         self.write_outputs(resolved, &report, |file| {
-            set_learnt(file.of_foot(self.foot.clone()), &report)
+            set_learnt(file.of_foot(self.files.foot.clone()), &report)
         })
     }
 
@@ -228,7 +238,7 @@ impl CalibrateArguments {
             for stored in opened.store_all(&input_options)? {
                 let foot = stored.about.foot_or_name().to_owned();
                 let loaded = stored.into_loaded();
-                let loaded = loaded.map_err(|error| Error::Replay(error.into()))?;
+                let loaded = loaded.map_err(ReplayError::from)?;
                 inputs.entry(foot).or_default().push(Input { file: file.clone(), format, loaded });
             }
         }
@@ -254,8 +264,10 @@ impl CalibrateArguments {
             };
             let inputs = inputs.into_iter().map(Ok);
             let report = self.learn_foot(resolved, Some(&foot), &input_options, inputs);
-            let report = report
-                .map_err(|source| Error::OfFoot { foot: foot.clone(), source: Box::new(source) })?;
+            let report = report.map_err(|source| CalibrateError::OfFoot {
+                foot: foot.clone(),
+                source: Box::new(source),
+            })?;
             feet.insert(foot, report);
         }
         let report = FeetReport { feet };
@@ -341,14 +353,14 @@ impl CalibrateArguments {
             let mut findings = check(recording, &recording.name, &input_options, None);
             // In this calibration the sensor lies on each of its sides in turn.
             findings.retain(|finding| !matches!(finding, Finding::GravityNotAlongZ { .. }));
-            let report = self.report(input, self.foot.as_deref(), &findings)?;
+            let report = self.report(input, self.files.foot.as_deref(), &findings)?;
             inputs.insert(input.file.clone(), report);
         }
         let recordings = recordings.iter().map(|input| &input.loaded.recording);
         let sensor = SensorCalibration::of(recordings).map_err(CalibrationError::from)?;
         let report = WithInputs { report: sensor, mounting: None, load: None, inputs };
         self.write_outputs(resolved, &report, |file| {
-            let mut file = file.of_foot(self.foot.clone());
+            let mut file = file.of_foot(self.files.foot.clone());
             file.set_sensor(&report.report);
             file
         })
@@ -379,12 +391,43 @@ impl CalibrateArguments {
     }
 }
 
+/// Reason nothing was calibrated, beside the contents of the recordings.
+#[derive(Debug, thiserror::Error)]
+enum CalibrateError {
+    /// Files and walking feet are to be calibrated at once.
+    #[error("files and walking feet are calibrated separately: name one kind")]
+    FilesAndFeet,
+    /// Topics and feet are to be calibrated together.
+    #[error(
+        "{0} and feet with a program of their own are calibrated one after the other: the former is estimated here"
+    )]
+    TopicsAndFeet(String),
+    /// Options are given that only the other kind of input uses.
+    #[error("the calibration of {inputs} does not use {options}")]
+    UnusedOptions {
+        /// Kind of the inputs.
+        inputs: &'static str,
+        options: String,
+    },
+    /// A foot is calibrated where there are settings of single feet, and it is not named.
+    #[error(
+        "the configuration has settings only of the foot {0}: name the foot to calibrate with --foot"
+    )]
+    WhichFoot(String),
+    /// One of several feet cannot be calibrated.
+    #[error("foot {foot}: {source}")]
+    OfFoot { foot: String, source: Box<Error> },
+}
+
+impl Worded for CalibrateError {}
+
 /// Checks that none of the options is given that inputs of this kind do not use.
-fn check_unused(inputs: &'static str, given: &[&str]) -> Result<(), Error> {
+fn check_unused(inputs: &'static str, given: &[Vec<String>]) -> Result<(), CalibrateError> {
+    let given = given.concat();
     if given.is_empty() {
         return Ok(());
     }
-    Err(Error::UnusedOptions { inputs, options: given.join(", ") })
+    Err(CalibrateError::UnusedOptions { inputs, options: given.join(", ") })
 }
 
 /// Report on the calibration of several feet.

@@ -18,7 +18,7 @@ use crate::error::Error;
 use crate::interruption::finish_when_interrupted;
 use crate::messages::{aside, warn};
 use crate::source::{Source, text_of};
-use crate::stream::{deadline, feed_of, is_detail, is_over, line_event_text};
+use crate::stream::{NothingHeard, deadline, feed_of, is_detail, is_over, line_event_text};
 
 /// Shortest time of samples of a foot, s: it stands and walks.
 const LEAST_S: f64 = 10.0;
@@ -53,7 +53,7 @@ pub(super) fn calibrate(arguments: &CalibrateArguments, sources: Vec<Source>) ->
     let feet = collect(arguments, sources)?;
     check_interruption()?;
     if feet.is_empty() {
-        return Err(Error::NothingHeard);
+        return Err(NothingHeard.into());
     }
     let input = |(name, collected): (String, Collected)| {
         let recording = Recording {
@@ -85,7 +85,7 @@ fn collect(
     });
     let least: usize = topics.sum();
     let feed = feed_of(sources);
-    let end = deadline(feed.clock(), Some(arguments.seconds.into()));
+    let end = deadline(feed.clock(), Some(arguments.walking.seconds.into()));
     let mut rates: BTreeMap<String, f32> = BTreeMap::new();
     let mut feet: BTreeMap<String, Collected> = BTreeMap::new();
     while !is_over(feed.clock(), end) {

@@ -2,6 +2,7 @@
 //!
 //! The actions `update`, which sends a program to one or more feet, and `report` are in files of their own.
 
+mod error;
 mod report;
 mod update;
 
@@ -27,12 +28,14 @@ use wire::node::{Calibration, CalibrationState, NmtState};
 use wire::{Address, DataType, Fault, NodeId, Value};
 
 use super::options::{HELP_OF_ONE_SOURCE, OverwriteArguments, parse_node, parse_number};
-use crate::error::{Error, FootError, with_hint};
+use crate::error::Error;
 use crate::files::{self, STANDARD, Target, write_file};
 use crate::interruption::{finish_when_interrupted, is_interrupted};
 use crate::messages;
 use crate::report::{Described, Document, print_text};
 use crate::source::{FindError, Source, SourceArgument, find_all, text_of};
+use crate::words::with_hint;
+use error::FootError;
 use update::{ImageFile, Which};
 
 /// Arguments of `footfall foot`.
@@ -190,7 +193,7 @@ impl FootArguments {
     }
 
     /// Performs an action on one foot.
-    fn act(&self, action: &FootAction, link: Box<dyn Link>) -> Result<String, FootError> {
+    fn act(&self, action: &FootAction, link: Box<dyn Link>) -> Result<String, Error> {
         let client = &mut Client::new(link, self.node)?;
         let node = client.node();
         if action.is_whole() {
@@ -227,7 +230,7 @@ impl FootArguments {
             FootAction::Calibrate { seconds, .. } => self.calibrate(client, *seconds)?,
             FootAction::Selftest => match self_test::run(client)? {
                 SelfTestResult::Passed => self.done("the sensor has passed its self-test"),
-                SelfTestResult::Failed(axes) => return Err(FootError::TestFailed(axes)),
+                SelfTestResult::Failed(axes) => return Err(FootError::TestFailed(axes).into()),
             },
             FootAction::Diff { file } => {
                 let own = settings::read(client)?;
@@ -264,7 +267,7 @@ impl FootArguments {
         client: &mut Client,
         values: &SettingValues,
         lasting: Lasting,
-    ) -> Result<String, FootError> {
+    ) -> Result<String, Error> {
         let changes = settings::write(client, values, lasting)?;
         let mut text = self.changes(&changes);
         if !self.json {
@@ -281,7 +284,7 @@ impl FootArguments {
     }
 
     /// Lists the feet on lines.
-    fn scan(&self, sources: &[Source]) -> Result<String, FootError> {
+    fn scan(&self, sources: &[Source]) -> Result<String, Error> {
         let mut feet = Vec::new();
         for source in sources {
             let mut link = source.open_for_requests()?;
@@ -339,7 +342,7 @@ impl FootArguments {
     }
 
     /// Reads the objects with these names, or all settings.
-    fn get(&self, client: &mut Client, names: &[String]) -> Result<String, FootError> {
+    fn get(&self, client: &mut Client, names: &[String]) -> Result<String, Error> {
         let found = names.iter().map(|name| Named::find(name));
         let all: Vec<Named> = match names {
             [] => Named::settings().collect(),
@@ -370,13 +373,13 @@ impl FootArguments {
     }
 
     /// Reads identity, program, stage and faults.
-    fn info(&self, client: &mut Client) -> Result<String, FootError> {
+    fn info(&self, client: &mut Client) -> Result<String, Error> {
         let info = FootInfo::read(client)?;
         Ok(if self.json { to_json(&Document::line(&info)) } else { info.text() })
     }
 
     /// Waits at most `seconds` until the foot has learnt enough, then stores the calibration.
-    fn calibrate(&self, client: &mut Client, seconds: f64) -> Result<String, FootError> {
+    fn calibrate(&self, client: &mut Client, seconds: f64) -> Result<String, Error> {
         wait_until_settled(client, seconds, "let the foot walk")?;
         // An interruption while storing would leave the foot not streaming.
         finish_when_interrupted();
@@ -401,8 +404,8 @@ impl FootArguments {
 ///
 /// # Errors
 /// One was requested.
-pub(super) fn check_interruption() -> Result<(), FootError> {
-    if is_interrupted() { Err(FootError::Interrupted) } else { Ok(()) }
+pub(super) fn check_interruption() -> Result<(), Error> {
+    if is_interrupted() { Err(FootError::Interrupted.into()) } else { Ok(()) }
 }
 
 /// Waits at most `seconds` until the foot has learnt enough; `words` ask the person to let it walk.
@@ -413,14 +416,14 @@ pub(super) fn wait_until_settled(
     client: &mut Client,
     seconds: f64,
     words: &str,
-) -> Result<(), FootError> {
+) -> Result<(), Error> {
     let clock = client.clock();
     let end = clock.now() + Duration::from_secs_f64(seconds);
     let mut next_line = clock.now();
     loop {
         check_interruption()?;
         match calibration::state(client)? {
-            CalibrationState::Frozen => return Err(FootError::LearnsNothing),
+            CalibrationState::Frozen => return Err(FootError::LearnsNothing.into()),
             CalibrationState::Settled => break,
             CalibrationState::Settling => {}
         }
@@ -428,7 +431,7 @@ pub(super) fn wait_until_settled(
         if is_over || clock.now() >= next_line {
             let seen = seen(&calibration::numbers(client, index::CALIBRATION)?);
             if is_over {
-                return Err(FootError::NotSettled { seconds, seen });
+                return Err(FootError::NotSettled { seconds, seen }.into());
             }
             messages::aside(format!("{words}: {seen}"));
             next_line = clock.now() + PROGRESS;
@@ -457,7 +460,7 @@ impl Described for FootInfo {
 
 impl FootInfo {
     /// Reads it from a foot.
-    fn read(client: &mut Client) -> Result<Self, FootError> {
+    fn read(client: &mut Client) -> Result<Self, Error> {
         let identity = Identity::read(client)?;
         let stage = wire::Stage::ALL.get(client.read_number(index::STAGE, 0)? as usize);
         let faults = wire::Faults::from_bits(client.read_number(index::FAULTS, 0)?);
@@ -528,11 +531,11 @@ impl Identity {
     ///
     /// # Errors
     /// The foot runs its bootloader, or a request has failed.
-    pub(super) fn read(client: &mut Client) -> Result<Self, FootError> {
+    pub(super) fn read(client: &mut Client) -> Result<Self, Error> {
         let text = |client: &mut Client, index| client.read_text(Address::new(index, 0));
         let device = text(client, index::DEVICE_NAME)?;
         if device == bootloader::DEVICE_NAME {
-            return Err(FootError::InBootloader(client.node()));
+            return Err(FootError::InBootloader(client.node()).into());
         }
         let version = text(client, index::SOFTWARE_VERSION)?;
         let hardware = text(client, index::HARDWARE_VERSION)?;
@@ -631,7 +634,7 @@ fn calibration_line(name: &str, value: f32, unit: &str) -> String {
 }
 
 /// Parses settings, each as `NAME=VALUE`.
-fn parse_settings(settings: &[String], node: Option<NodeId>) -> Result<SettingValues, FootError> {
+fn parse_settings(settings: &[String], node: Option<NodeId>) -> Result<SettingValues, Error> {
     let mut values = SettingValues::new();
     for setting in settings {
         let (name, value) = setting
@@ -640,11 +643,11 @@ fn parse_settings(settings: &[String], node: Option<NodeId>) -> Result<SettingVa
             .ok_or_else(|| FootError::NoSetting(setting.clone()))?;
         let named = Named::find(name)?;
         if !named.entry.is_setting() {
-            return Err(FootError::NotWritable(named.name()));
+            return Err(FootError::NotWritable(named.name()).into());
         }
         let value = named.parse(value, node)?;
         if values.insert(named.address, value).is_some() {
-            return Err(FootError::NamedTwice(named.name()));
+            return Err(FootError::NamedTwice(named.name()).into());
         }
     }
     Ok(values)
@@ -654,7 +657,7 @@ fn parse_settings(settings: &[String], node: Option<NodeId>) -> Result<SettingVa
 const MOST_BYTES: u64 = 1 << 20;
 
 /// Reads the settings of a file or of standard input.
-fn read_file(path: &Path, client: &mut Client) -> Result<SettingValues, FootError> {
+fn read_file(path: &Path, client: &mut Client) -> Result<SettingValues, Error> {
     let node = client.node();
     let error = |message: String| FootError::File { file: path.display().to_string(), message };
     // Up to one byte beyond the maximum size.
@@ -665,7 +668,7 @@ fn read_file(path: &Path, client: &mut Client) -> Result<SettingValues, FootErro
     };
     let text = text.map_err(|e| error(e.to_string()))?;
     if text.len() as u64 > MOST_BYTES {
-        return Err(error(format!("settings are {MOST_BYTES} bytes at most")));
+        return Err(error(format!("settings are {MOST_BYTES} bytes at most")).into());
     }
     let is_configuration = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("toml"));
     let values = if is_configuration {
@@ -676,7 +679,7 @@ fn read_file(path: &Path, client: &mut Client) -> Result<SettingValues, FootErro
         values.map_err(|e| error(with_hint(&e, e.hint())))?
     };
     if values.is_empty() {
-        return Err(error("it holds no setting".to_owned()));
+        return Err(error("it holds no setting".to_owned()).into());
     }
     Ok(values)
 }
@@ -687,7 +690,7 @@ fn of_configuration(
     text: String,
     foot: &str,
     node: Option<NodeId>,
-) -> Result<SettingValues, FootError> {
+) -> Result<SettingValues, Error> {
     let error = |message: String| FootError::File { file: path.display().to_string(), message };
     let file = RobotFile::keeping(&text).map_err(|e| error(e.to_string()))?;
     // Names and values are checked as for a replay.

@@ -11,7 +11,7 @@ use wire::dictionary::index;
 use wire::{AbortCode, Address, Counter, Diagnosis, Fault, Value};
 
 use super::{FootArguments, FootInfo, number, to_json};
-use crate::error::FootError;
+use crate::error::Error;
 
 /// Report of a foot and its board.
 #[derive(Debug, Serialize)]
@@ -58,14 +58,14 @@ struct Crash {
 
 impl FootArguments {
     /// Reads everything about the foot and its board.
-    pub(super) fn report(&self, client: &mut Client) -> Result<String, FootError> {
+    pub(super) fn report(&self, client: &mut Client) -> Result<String, Error> {
         let report = FootReport::read(client)?;
         Ok(if self.json { to_json(&report) } else { report.text() })
     }
 }
 
 impl FootReport {
-    fn read(client: &mut Client) -> Result<Self, FootError> {
+    fn read(client: &mut Client) -> Result<Self, Error> {
         let info = FootInfo::read(client)?;
         let crash = match client.read_number(index::LAST_CRASH, 1)? {
             0 => None,

@@ -13,12 +13,14 @@ use indicatif::ProgressBar;
 use serde_json::{Value as Json, json};
 use wire::NodeId;
 
+use super::error::FootError;
 use super::{FootArguments, hex, to_json};
 use crate::Source;
-use crate::error::{FootError, with_hint};
+use crate::error::Error;
 use crate::messages;
 use crate::progress::Bars;
 use crate::report::print_text;
+use crate::words::with_hint;
 
 /// Feet that are to be updated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,7 +38,7 @@ pub(super) struct ImageFile<'a> {
 }
 
 impl<'a> ImageFile<'a> {
-    pub(super) fn read(name: &'a Path) -> Result<Self, FootError> {
+    pub(super) fn read(name: &'a Path) -> Result<Self, Error> {
         let bytes = fs::read(name).map_err(|error| refused(name, &error.to_string()))?;
         Ok(Self { name, bytes })
     }
@@ -47,8 +49,8 @@ impl<'a> ImageFile<'a> {
     }
 }
 
-fn refused(file: &Path, message: &str) -> FootError {
-    FootError::File { file: file.display().to_string(), message: message.to_owned() }
+fn refused(file: &Path, message: &str) -> Error {
+    FootError::File { file: file.display().to_string(), message: message.to_owned() }.into()
 }
 
 /// Copies a program to the drive of a foot on USB, and returns a report.
@@ -57,7 +59,7 @@ pub(super) fn copy_over_usb(
     source: &Source,
     file: &ImageFile<'_>,
     which: Which<'_>,
-) -> Result<String, FootError> {
+) -> Result<String, Error> {
     if arguments.json || arguments.node.is_some() || which != Which::One {
         return Err(refused(
             file.name,
@@ -79,7 +81,7 @@ pub(super) fn send(
     mut link: Box<dyn Link>,
     ImageFile { name, bytes }: ImageFile<'_>,
     which: Which<'_>,
-) -> Result<String, FootError> {
+) -> Result<String, Error> {
     let image = Image::new(bytes).map_err(|why| refused(name, why.words()))?;
     let (mut client, mut feet) = match which {
         // There is one foot on a serial line.
@@ -121,11 +123,11 @@ pub(super) fn send(
     };
     let mut errors = results.iter().filter_map(|result| result.as_ref().err());
     if matches!(source, Source::Demo(_)) && errors.any(is_silent) {
-        return Err(FootError::NoBootloader);
+        return Err(FootError::NoBootloader.into());
     }
     // The successful updates are printed as well.
-    print_text(&text).map_err(FootError::Print)?;
-    Err(FootError::NotUpdated(failed.join("\n")))
+    print_text(&text).map_err(Error::Print)?;
+    Err(FootError::NotUpdated(failed.join("\n")).into())
 }
 
 /// Returns the result for a foot as JSON.

@@ -32,12 +32,14 @@ use self::bag_copy::CopyArguments;
 use self::bag_copy::{BagCopy, CopiedFoot};
 use self::recording::{ReplayedFoot, ReplayedRecording};
 use super::options::{self, ESTIMATOR, INPUT, OUTPUT, OverwriteArguments, RecordingArguments};
-use crate::error::{Error, in_words};
+use super::span::{self, SpanError};
+use crate::error::Error;
 use crate::files::{self, Existing, OutputError, STANDARD, Target, write_file};
 use crate::messages::{detail, warn};
 use crate::progress::Bars;
 use crate::report::{SummaryStyle, print};
 use crate::ros::compat::Body;
+use crate::words::in_words;
 
 /// Examples of `footfall replay`.
 pub const EXAMPLES: &str = "\
@@ -116,7 +118,7 @@ impl ReplayArguments {
     /// The span is empty, the configuration file cannot be used, an input is given twice, or a result cannot be
     /// written.
     fn merged(self) -> Result<Replay, Error> {
-        let span = options::span(self.from, self.to)?;
+        let span = span::span(self.from, self.to)?;
         let resolved = self.recording.resolved(self.window)?;
         files::check_inputs(&self.inputs)?;
         let output = self.output.clone().map(Output::of);
@@ -239,7 +241,7 @@ impl Replay {
         }
         if feet.iter().all(|foot| foot.results.summary.samples == 0) {
             let files = self.arguments.inputs.iter().map(|input| input.display().to_string());
-            return Err(Error::NothingInSpan(files.collect::<Vec<_>>().join(", ")));
+            return Err(SpanError::NoSample(files.collect::<Vec<_>>().join(", ")).into());
         }
         Ok(feet)
     }

@@ -21,9 +21,11 @@ use stored::{About, Stored};
 use super::bag_copy::CopiedFoot;
 use super::pictures::Picture;
 use super::{Output, Replay};
-use crate::commands::options::{self, RecordingArguments, estimator_options, with_mounting};
-use crate::error::{CommandLine, Error};
+use crate::commands::options::{RecordingArguments, estimator_options, with_mounting};
+use crate::commands::span;
+use crate::error::Error;
 use crate::files::{self, Drawing, OutputError};
+use crate::words::CommandLine;
 
 /// Recording with the estimates of all its feet.
 pub(super) struct ReplayedRecording {
@@ -105,7 +107,7 @@ impl Replay {
         };
         let contacts = ContactUse::unless_estimated(arguments.estimate_again);
         let feet = opened.store_all(&reading.input_options(&self.resolved, contacts))?;
-        options::check_begin(&file.name, arguments.from, &feet)?;
+        span::check_begin(&file.name, arguments.from, &feet)?;
         let shown_name = files::name_among(&arguments.inputs, input);
         let foot = |mut stored: Stored| {
             let names = stored.about.names().into_iter();
@@ -182,7 +184,7 @@ impl Replay {
         observer.bar.finish_and_clear();
         let mut results = replayed.map_err(|error| match error {
             ReplayError::Params(error) => self.resolved.origins(&file.name).explain(&error).into(),
-            other => Error::Replay(other),
+            other => Error::from(other),
         })?;
         let about = &stored.about;
         results.findings = with_mounting(results.findings, &about.correction.mounting);

@@ -20,9 +20,10 @@ use tables::output::{HEADER, RowNames, write_row};
 
 use super::{Output, Replay};
 use crate::commands::options::with_mounting;
-use crate::error::{Error, in_words};
+use crate::error::Error;
 use crate::files::{OutputError, STANDARD, open_recording, unless_closed};
 use crate::messages::warn;
+use crate::words::in_words;
 
 /// Span of times in which the rate is found, µs.
 const FIRST_US: u64 = 1_000_000;

@@ -29,7 +29,7 @@ use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Message, WebSocket};
 
 use crate::Source;
-use crate::error::Error;
+use crate::error::{Error, Worded};
 use crate::interruption::finish_when_interrupted;
 use crate::messages::{aside, warn};
 use crate::ros::message::Definition;
@@ -612,6 +612,8 @@ pub enum ViewError {
         port: u16,
     },
 }
+
+impl Worded for ViewError {}
 
 #[cfg(test)]
 mod tests {

@@ -15,7 +15,8 @@ use samples::estimate::Estimator;
 use stored::About;
 
 use super::{CopiedFoot, CopyArguments};
-use crate::error::{Error, NoForcesCause};
+use crate::commands::options::FootTwice;
+use crate::error::{Error, Worded};
 use crate::ros::compat::{Body, FEET, LOW_STATE_TOPIC, RIGHT_FIRST, STANDS};
 use crate::ros::mcap_file::earliest;
 use crate::ros::topics::unused_name;
@@ -60,9 +61,9 @@ impl<'a> BagCopy<'a> {
             return Ok(());
         };
         if feet.iter().any(|foot| foot.stored.has_estimates()) {
-            return Err(Error::CopiedContacts { file: self.files.join(", "), option });
+            return Err(MergeError::CopiedContacts { file: self.files.join(", "), option }.into());
         }
-        self.arguments.check_places(self.body, feet)
+        Ok(self.arguments.check_places(self.body, feet)?)
     }
 
     /// Writes the copy, an MCAP file, with the contacts and events of these feet.
@@ -127,21 +128,21 @@ impl CopyArguments {
     }
 
     /// Checks that each foot has its own place in the messages, and each place a foot if a message needs all feet.
-    fn check_places(&self, body: Body, feet: &[CopiedFoot]) -> Result<(), Error> {
+    fn check_places(&self, body: Body, feet: &[CopiedFoot]) -> Result<(), MergeError> {
         let is_absent = |place: usize| feet.iter().all(|foot| foot.place != Some(place));
         let places = body.feet().iter().enumerate();
         let absent = places.filter(|(place, _)| is_absent(*place)).map(|(_, names)| names[0]);
         let absent: Vec<&str> = absent.collect();
         if let Some(foot) = first_without_own_place(feet) {
             let free = absent.first().copied();
-            return Err(Error::NoPlace { name: foot.name.clone(), names: body.names(), free });
+            return Err(MergeError::NoPlace { name: foot.name.clone(), names: body.names(), free });
         }
         // A message of all feet must give every place a value. A foot that is not in the bag may be standing, so "in the
         // air" would be a guess.
         let needs_all_feet =
             self.lowstate.is_some() || self.compat.iter().any(|compat| !compat.is_of_one());
         if needs_all_feet && !absent.is_empty() {
-            return Err(Error::AbsentFeet {
+            return Err(MergeError::AbsentFeet {
                 option: self.option().unwrap_or_default(),
                 absent: absent.join(", "),
                 names: body.names(),
@@ -163,16 +164,87 @@ fn first_without_own_place(feet: &[CopiedFoot]) -> Option<&CopiedFoot> {
 }
 
 /// Checks that no two bags have a foot of the same name.
-fn check_names(feet: &[CopiedFoot]) -> Result<(), Error> {
+fn check_names(feet: &[CopiedFoot]) -> Result<(), FootTwice> {
     for (index, foot) in feet.iter().enumerate() {
         let has_same_name =
             |earlier: &&CopiedFoot| earlier.name == foot.name && earlier.file != foot.file;
         if let Some(earlier) = feet[..index].iter().find(has_same_name) {
             let files = [earlier, foot].map(|foot| foot.file.clone());
-            return Err(Error::FootTwice { name: foot.name.clone(), files });
+            return Err(FootTwice { name: foot.name.clone(), files });
         }
     }
     Ok(())
+}
+
+/// Reason the contacts of feet cannot be merged into bags.
+#[derive(Debug, thiserror::Error)]
+enum MergeError {
+    /// A bag has a topic that contacts are written to.
+    #[error(
+        "{file} already has the topic {topic}, from an earlier estimate or from another program; --estimate-again replaces its messages"
+    )]
+    TopicTaken {
+        /// Bag as given.
+        file: String,
+        /// Topic of the contacts of a foot, or of messages of all feet.
+        topic: String,
+    },
+    /// An option asks for messages of all feet, but the contacts of the bag are copied unchanged.
+    #[error("{file} has contacts, which are copied unchanged: {option} needs --estimate-again")]
+    CopiedContacts {
+        /// Bags as given.
+        file: String,
+        /// Option of the messages.
+        option: &'static str,
+    },
+    /// A foot has no place in messages of all feet.
+    #[error(
+        "the foot {name} has no place of its own in the messages of all feet, which are those of {names}: {}leave its topic out with --not-topic",
+        free.map(|free| format!("name it, as in --rename {name}={free}, or ")).unwrap_or_default()
+    )]
+    NoPlace {
+        /// Name of the foot.
+        name: String,
+        /// Names of all feet.
+        names: String,
+        /// The first of these names that no foot has, if any.
+        free: Option<&'static str>,
+    },
+    /// Messages of all feet are to be written, and feet are missing.
+    #[error(
+        "missing feet: {absent}; {option} writes messages of {names}, and a missing foot may be standing; --compat bool and wrench have a topic for each foot"
+    )]
+    AbsentFeet {
+        /// Option that requests the messages.
+        option: &'static str,
+        /// Names of the missing feet.
+        absent: String,
+        /// Names of all feet.
+        names: String,
+    },
+    /// Messages whose forces are to be replaced have none.
+    #[error("{file}, topic {topic}: no forces of four feet to replace: {cause}")]
+    NoForces {
+        /// Bag as given.
+        file: String,
+        /// Topic of the robot's states.
+        topic: String,
+        /// Reason.
+        cause: NoForcesCause,
+    },
+}
+
+impl Worded for MergeError {}
+
+/// Reason messages have no forces that could be replaced.
+#[derive(Debug, thiserror::Error)]
+enum NoForcesCause {
+    /// The topic has no message.
+    #[error("the bag has no message on it")]
+    NoMessage,
+    /// The numbers are not found in a message.
+    #[error(transparent)]
+    Replacement(#[from] ReplacementError),
 }
 
 /// Wraps an error to return it from a writer. [`write_file`](crate::files::write_file) says how it is unwrapped.
@@ -182,7 +254,7 @@ fn wrapped(error: Error) -> io::Error {
 
 fn no_forces(file: &str, topic: &str, cause: NoForcesCause) -> io::Error {
     let [file, topic] = [file, topic].map(str::to_owned);
-    wrapped(Error::NoForces { file, topic, cause })
+    wrapped(MergeError::NoForces { file, topic, cause }.into())
 }
 
 /// Merges messages of the feet into the copied messages, in order of their times of writing.
@@ -244,7 +316,7 @@ impl<W: Write + io::Seek> Merger<'_, '_, W> {
                 return Ok(());
             }
             let (file, topic) = (self.file.to_owned(), channel.topic.clone());
-            return Err(wrapped(Error::TopicTaken { file, topic }));
+            return Err(wrapped(MergeError::TopicTaken { file, topic }.into()));
         }
         // Of equal times of writing the sample comes before its contact, whose time is rounded to µs.
         self.messages_until((times.log_ns.saturating_sub(1000)).div_euclid(1000))?;
