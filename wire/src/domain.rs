@@ -9,7 +9,7 @@
 use crc::{CRC_16_XMODEM, Crc, Digest};
 
 use crate::abort::AbortCode;
-use crate::dictionary::Address;
+use crate::address::Address;
 use crate::sdo::{Objects, SdoServer, abort, response, written};
 
 /// Data bytes of a segment.

@@ -52,6 +52,7 @@
 extern crate std;
 
 pub mod abort;
+mod address;
 pub mod board;
 mod bytes;
 pub mod diagnosis;

@@ -10,7 +10,7 @@
 //! | 4 to 7 | data, size or abort code |
 
 use crate::abort::AbortCode;
-use crate::dictionary::Address;
+use crate::address::Address;
 use crate::value::Value;
 
 /// The objects behind the server.

@@ -4,7 +4,7 @@ use estimator_core::{ContactEstimate, PerAxis};
 
 use super::code::{P8, ShortTime};
 use super::field::{Field, Signal, TIMESTAMP};
-use crate::dictionary::index;
+use crate::address::index;
 use crate::fault::Faults;
 use crate::value::Value;
 

@@ -4,7 +4,7 @@ use estimator_core::{ContactEstimate, Decision, Flag, Flags, Phase};
 
 use super::code::{P8, P16, ShortTime};
 use super::field::{Field, Signal, TIMESTAMP};
-use crate::dictionary::index;
+use crate::address::index;
 use crate::fault::Faults;
 use crate::value::Value;
 

@@ -2,7 +2,7 @@
 //! tables of `README.md` are generated from the rows.
 
 use super::code::TIME_STEP_US;
-use crate::dictionary::{Address, index};
+use crate::address::{Address, index};
 use crate::value::Value;
 
 /// Object in a frame.

@@ -12,7 +12,7 @@ use estimator_core::{Flag, Flags, Timestamp};
 
 use super::code::{LongTime, TIME_STEP_US};
 use super::field::{Field, Signal};
-use crate::dictionary::index;
+use crate::address::index;
 use crate::value::Value;
 
 /// The contents of TPDO7.

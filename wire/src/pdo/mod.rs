@@ -26,7 +26,7 @@ pub use motion::{Acceleration, Attitude, Bias, Rate};
 
 use estimator_core::ContactEstimate;
 
-use crate::dictionary::Address;
+use crate::address::Address;
 use crate::fault::Faults;
 use crate::foot::{NodeId, cob_id};
 

@@ -11,7 +11,7 @@ use super::code::{
     ACCELERATION_STEP, BIAS_STEP, Quantity, RATE_STEP, ShortTime, TEMPERATURE_STEP, UNIT_STEP,
 };
 use super::field::{Field, Signal, TIMESTAMP};
-use crate::dictionary::index;
+use crate::address::index;
 use crate::fault::Faults;
 use crate::value::Value;
 

@@ -12,8 +12,8 @@
 //! | 0x13 NMT | 0 | command, as in the NMT message: 1 start, 2 stop, 0x80 enter pre-operational, 0x81 reset node, 0x82 reset communication |
 
 use crate::abort::AbortCode;
+use crate::address::Address;
 use crate::bytes::{Reader, Writer};
-use crate::dictionary::Address;
 use crate::node::NmtCommand;
 use crate::value::Value;
 
