@@ -2,14 +2,7 @@
  * learnt values. Link with -Wl,--wrap=footfall_estimator_update,--wrap=footfall_estimator_learnt. */
 #include <stdio.h>
 
-#include "footfall_estimator.h"
-
-footfall_error __real_footfall_estimator_update(footfall_estimator *, const footfall_sample *, const float *,
-                                                footfall_estimate *);
-footfall_error __wrap_footfall_estimator_update(footfall_estimator *, const footfall_sample *, const float *,
-                                                footfall_estimate *);
-footfall_error __real_footfall_estimator_learnt(const footfall_estimator *, footfall_learnt *);
-footfall_error __wrap_footfall_estimator_learnt(const footfall_estimator *, footfall_learnt *);
+#include "wrapped.h"
 
 #ifdef __riscv
 static uint32_t ticks(void) {

@@ -3,7 +3,7 @@
  * -Wl,--wrap=footfall_estimator_init,--wrap=footfall_estimator_update,--wrap=footfall_estimator_learnt. */
 #include <stdio.h>
 
-#include "footfall_estimator.h"
+#include "wrapped.h"
 
 enum { WORDS = 1536, PAINT = 0x5AFE57AC };
 
@@ -26,15 +26,6 @@ enum { WORDS = 1536, PAINT = 0x5AFE57AC };
     } while (0)
 
 static uint32_t of_init, of_update, of_learnt;
-
-footfall_error __real_footfall_estimator_init(void *, size_t, const footfall_params *, footfall_estimator **);
-footfall_error __wrap_footfall_estimator_init(void *, size_t, const footfall_params *, footfall_estimator **);
-footfall_error __real_footfall_estimator_update(footfall_estimator *, const footfall_sample *, const float *,
-                                                footfall_estimate *);
-footfall_error __wrap_footfall_estimator_update(footfall_estimator *, const footfall_sample *, const float *,
-                                                footfall_estimate *);
-footfall_error __real_footfall_estimator_learnt(const footfall_estimator *, footfall_learnt *);
-footfall_error __wrap_footfall_estimator_learnt(const footfall_estimator *, footfall_learnt *);
 
 footfall_error __wrap_footfall_estimator_init(void *memory, size_t size, const footfall_params *params,
                                               footfall_estimator **estimator) {

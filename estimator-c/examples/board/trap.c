@@ -1,16 +1,7 @@
 /* Traps unaligned access within the library, as a program may do in all of its code: CCR.UNALIGN_TRP. Link with
  * -Wl,--wrap=footfall_estimator_init,--wrap=footfall_estimator_update,--wrap=footfall_estimator_learnt, and with
  * -Wl,--wrap=memcpy: that of newlib accesses words at any address. */
-#include "footfall_estimator.h"
-
-footfall_error __real_footfall_estimator_init(void *, size_t, const footfall_params *, footfall_estimator **);
-footfall_error __wrap_footfall_estimator_init(void *, size_t, const footfall_params *, footfall_estimator **);
-footfall_error __real_footfall_estimator_update(footfall_estimator *, const footfall_sample *, const float *,
-                                                footfall_estimate *);
-footfall_error __wrap_footfall_estimator_update(footfall_estimator *, const footfall_sample *, const float *,
-                                                footfall_estimate *);
-footfall_error __real_footfall_estimator_learnt(const footfall_estimator *, footfall_learnt *);
-footfall_error __wrap_footfall_estimator_learnt(const footfall_estimator *, footfall_learnt *);
+#include "wrapped.h"
 
 void *__wrap_memcpy(void *, const void *, size_t);
 
