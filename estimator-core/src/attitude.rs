@@ -986,6 +986,27 @@ mod tests {
     }
 
     #[test]
+    fn stance_of_a_fifth_of_a_second_corrects_a_brief_rest() {
+        // A foot without bias leans at 0.5 °/s while it seems to rest. Then its body moves, and the foot stands for these
+        // parts of each fifth of a second.
+        for (stands_ms, expected) in [(200, 0.0), (160, 0.5)] {
+            let mut filter = filter();
+            for ms in 200..1_000 {
+                let angular_rate = AngularRate(Vec3::new(0.5 * DEGREE, 0.0, 0.0));
+                filter.update(&ImuSample { angular_rate, ..sample(ms, LEVEL, Validity::Valid) });
+            }
+            let bias = filter.gyro_bias().0.x / DEGREE;
+            assert!((bias - 0.5).abs() < 0.02, "{bias} °/s");
+            for ms in 1_000..31_000 {
+                filter.update(&swinging(ms));
+                filter.set_stands(ms % 200 < stands_ms);
+            }
+            let bias = filter.gyro_bias().0.x / DEGREE;
+            assert!((bias - expected).abs() < 0.1, "{bias} °/s with {stands_ms} ms");
+        }
+    }
+
+    #[test]
     fn gyro_bias_of_5_dps_is_removed_after_two_seconds_of_rest() {
         let bias = Vec3::new(5.0, 5.0, -5.0) * DEGREE;
         let mut filter = filter();
