@@ -5,6 +5,7 @@ use core::ops::RangeInclusive;
 
 use heapless::String;
 use wire::Diagnosis;
+use wire::node::Crash;
 
 /// Longest line, bytes.
 pub const LINE: usize = 200;
@@ -89,17 +90,64 @@ impl Report {
     }
 }
 
-/// Lines of a diagnosis, as `footfall foot … report` has them.
-#[must_use]
-pub fn diagnosis_text(diagnosis: &Diagnosis) -> String<1_000> {
-    let mut shown: String<900> = String::new();
-    // Both texts have room for the longest numbers: see the test.
-    let _ = write!(shown, "{diagnosis}");
-    let mut text = String::new();
-    for line in shown.lines() {
-        let _ = write!(text, "{line}\r\n");
+/// Values of a board that hold before a foot runs on it.
+#[derive(Clone, Copy, Debug)]
+pub struct BoardReport {
+    /// Name of the board.
+    pub board: &'static str,
+    /// Its serial number.
+    pub serial: u32,
+    /// First digits of this program's commit; 0 if no commit has its sources.
+    pub program: u32,
+    /// Crash before this start.
+    pub crash: Option<Crash>,
+    /// The board and its sensor.
+    pub diagnosis: Diagnosis,
+    /// Level of the brown-out reset in effect; 0 if it is off.
+    pub brown_out_level: u8,
+    /// Deepest use of the stack, bytes.
+    pub stack_bytes: usize,
+}
+
+/// Length of a board's report, bytes, without and with the ends of lines for a terminal.
+const BOARD_REPORT: usize = 1_100;
+const BOARD_TEXT: usize = 1_150;
+
+impl BoardReport {
+    /// Lines under the names of `footfall foot … report`. It has more, about a foot.
+    #[must_use]
+    pub fn text(&self) -> String<BOARD_TEXT> {
+        let mut shown: String<BOARD_REPORT> = String::new();
+        // Both texts have room for the longest numbers: see the test.
+        let _ = self.write(&mut shown);
+        let mut text = String::new();
+        for line in shown.lines() {
+            let _ = write!(text, "{line}\r\n");
+        }
+        text
     }
-    text
+
+    fn write(&self, to: &mut String<BOARD_REPORT>) -> fmt::Result {
+        writeln!(
+            to,
+            "device   bring-up, {} board, serial number 0x{:08X}",
+            self.board, self.serial
+        )?;
+        write!(to, "version  {}", env!("CARGO_PKG_VERSION"))?;
+        match self.program {
+            0 => writeln!(to)?,
+            program => writeln!(to, ", program {program:08X}")?,
+        }
+        match self.crash {
+            None => writeln!(to, "crash    none")?,
+            Some(Crash { fault, program_counter }) => {
+                writeln!(to, "crash    {} at 0x{program_counter:08X}", fault.name())?;
+            }
+        }
+        writeln!(to, "{}", self.diagnosis)?;
+        writeln!(to, "supply   brown-out level {}", self.brown_out_level)?;
+        writeln!(to, "costs    stack {} bytes", self.stack_bytes)
+    }
 }
 
 /// Permitted supply, mV. The chip takes 1.8 to 3.6 V, and needs 2.7 V to write its flash by words (DS8626, general
@@ -242,6 +290,7 @@ impl Scatter {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use wire::Fault;
 
     #[test]
     fn supply_is_the_ratio_to_the_code_of_the_factory() {
@@ -266,15 +315,33 @@ mod tests {
     }
 
     #[test]
-    fn longest_diagnosis_is_shown_whole() {
+    fn longest_report_of_a_board_is_shown_whole() {
         let mut diagnosis = Diagnosis::default();
         for subindex in 2..=Diagnosis::HIGHEST_SUBINDEX {
             // The most digits of each type: for a mean, those of the most negative one.
             diagnosis.set_raw(subindex, if subindex < 25 { u32::MAX } else { 0x8000 });
         }
-        let text = diagnosis_text(&diagnosis);
-        assert_eq!(text.lines().count(), 8);
-        assert!(text.ends_with("mean     ax -32768 ay -32768 az -32768 wx -32768 wy -32768 wz -32768 codes, in the same ticks\r\n"), "{text}");
+        let longest = Fault::ALL.into_iter().max_by_key(|fault| fault.name().len());
+        let fault = longest.expect("there are faults");
+        let report = BoardReport {
+            board: "reference",
+            serial: u32::MAX,
+            program: u32::MAX,
+            crash: Some(Crash { fault, program_counter: u32::MAX }),
+            diagnosis,
+            brown_out_level: 3,
+            stack_bytes: usize::MAX,
+        };
+        let text = report.text();
+        let names: Vec<&str> = text.lines().filter_map(|line| line.split(' ').next()).collect();
+        let of_diagnosis = ["reset", "clock", "options", "chip", "sensor", "bus", "noise", "mean"];
+        let expected =
+            [&["device", "version", "crash"][..], &of_diagnosis, &["supply", "costs"]].concat();
+        assert_eq!(names, expected);
+        assert!(text.contains("wz -32768 codes, in the same ticks\r\n"), "{text}");
+        assert!(text.ends_with(&format!("costs    stack {} bytes\r\n", usize::MAX)), "{text}");
+        let report = BoardReport { program: 0, crash: None, ..report };
+        assert!(report.text().contains("\r\nversion  0.1.0\r\ncrash    none\r\n"));
     }
 
     #[test]

@@ -60,6 +60,27 @@ fn assert_healthy(wiring: &Wiring) {
     assert_troubles(&lines, &[]);
     let last = lines.last().expect("a summary");
     assert!(last.starts_with("passed 23, failed 0, not tested 0"), "{}: {last}", wiring.name);
+    assert_board(&lines, wiring);
+}
+
+/// Lines about the board after the measurements, as `footfall foot … report` names them.
+const OF_BOARD: [&str; 13] = [
+    "device", "version", "crash", "reset", "clock", "options", "chip", "sensor", "bus", "noise",
+    "mean", "supply", "costs",
+];
+
+/// Measurements, lines about the board, and the summary.
+const LINES: usize = 23 + OF_BOARD.len() + 1;
+
+/// Asserts that the board is described before the summary.
+fn assert_board(lines: &[String], wiring: &Wiring) {
+    assert_eq!(lines.len(), LINES, "{lines:#?}");
+    let described = &lines[23..LINES - 1];
+    let names: Vec<&str> = described.iter().filter_map(|line| line.split(' ').next()).collect();
+    assert_eq!(names, OF_BOARD);
+    let device = format!("device   bring-up, {} board, serial number 0x", wiring.name);
+    assert!(described[0].starts_with(&device), "{described:#?}");
+    assert_eq!(described[2], "crash    none");
 }
 
 #[test]
@@ -79,9 +100,9 @@ fn other_healthy_boards_pass_every_measurement() {
 #[ignore = "full: the measurements of a new board, twice"]
 fn any_byte_starts_the_measurements_again() {
     let mut board = boot(Wiring::reference(), options());
-    assert_eq!(lines(&mut board).len(), 24);
+    assert_eq!(lines(&mut board).len(), LINES);
     board.push_uart(b"x");
-    assert_eq!(lines(&mut board).len(), 24);
+    assert_eq!(lines(&mut board).len(), LINES);
     let causes: Vec<_> = board.resets().iter().map(|(_, cause)| *cause).collect();
     assert_eq!(causes, [ResetCause::Software]);
 }

@@ -14,7 +14,7 @@ use embassy_executor::Executor;
 use embassy_stm32::pac::{DBGMCU, FLASH};
 use embassy_time::{Duration, Instant, Timer};
 use firmware::bring_up::{
-    Edges, Jitter, Report, SUPPLY_MV, Scatter, Verdict, diagnosis_text, supply_mv,
+    BoardReport, Edges, Jitter, Report, SUPPLY_MV, Scatter, Verdict, supply_mv,
 };
 use firmware::diagnosis::CodeMeter;
 use firmware::sampling::Ticks;
@@ -30,8 +30,8 @@ use crate::clocks::Source;
 use crate::sensor::{Delay, SensorBus};
 use crate::timebase::{Timebase, since_edge};
 use crate::uart::{Receiver, Sender};
-use crate::wiring::CRYSTAL_MHZ;
-use crate::{Peripherals, flash, stack, watchdog};
+use crate::wiring::{BOARD, CRYSTAL_MHZ};
+use crate::{Peripherals, flash, stack, update, watchdog};
 
 /// Rate of the serial line: that of a foot without stored settings.
 const UART_RATE: u32 = 1_000_000;
@@ -76,8 +76,8 @@ impl Out {
     }
 
     /// Writes the lines that `footfall foot … report` also has.
-    async fn write_diagnosis(&mut self, diagnosis: &Diagnosis) {
-        for line in diagnosis_text(diagnosis).split_inclusive('\n') {
+    async fn write_board(&mut self, board: &BoardReport) {
+        for line in board.text().split_inclusive('\n') {
             self.write(line).await;
         }
     }
@@ -125,8 +125,17 @@ async fn measure(peripherals: Peripherals) {
             out.line("CAN", format_args!("-"), "", no_crystal).await;
         }
     }
-    measure_stack(&mut out).await;
-    out.write_diagnosis(&diagnosis).await;
+    let stack_bytes = measure_stack(&mut out).await;
+    let board = BoardReport {
+        board: BOARD.name(),
+        serial: peripherals.serial,
+        program: update::program().identification,
+        crash: peripherals.crash.map(|crash| crash.record.into()),
+        diagnosis,
+        brown_out_level: flash::brown_out_level(),
+        stack_bytes,
+    };
+    out.write_board(&board).await;
     let summary = out.report.summary();
     out.write(&summary).await;
     IS_DONE.store(true, Ordering::Relaxed);
@@ -426,7 +435,8 @@ async fn measure_can(out: &mut Out, parts: crate::can::Parts, sensor: Option<Sen
     can::leave();
 }
 
-async fn measure_stack(out: &mut Out) {
+/// Measures the stack; returns its deepest use, bytes.
+async fn measure_stack(out: &mut Out) -> usize {
     let mut depth = StackDepth::default();
     let mut deepest = 0;
     // Each call checks one piece of 128 words. This many calls check the whole stack eight times.
@@ -443,4 +453,5 @@ async fn measure_stack(out: &mut Out) {
         Verdict::when(deepest > 0 && deepest < limit, "report it"),
     )
     .await;
+    deepest
 }
