@@ -58,7 +58,7 @@ class Odometry:
     detectors: dict[str, tuple[float, float, float]]
     """Mean and largest error of the walks, m, and the mean normalised innovation squared."""
     halves: list[tuple[float, float, float, float]]
-    """Speed and lever that are best on every second walk, and the mean errors of this choice and of the default on the others, m."""
+    """Speed and lever that are best on every second walk; on the others the mean error with them, and with the default, m."""
 
 
 def run() -> Odometry:
