@@ -12,7 +12,7 @@ use xtask::test::{LABORATORY, PACKAGES};
 use xtask::{hex, uf2};
 
 use crate::requirements::Purpose;
-use crate::{book, crates, install, panics, python, release, socketcan};
+use crate::{book, crates, install, installed, panics, python, release, socketcan};
 
 /// Programs of tests that cargo runs only by their names: they take minutes, or read what third-party programs write.
 const MORE_TESTS: [&str; 4] = ["--test", "thorough", "--test", "python"];
@@ -211,7 +211,10 @@ const PARTS: [Part; 11] = [
     ("benches", benches),
     ("book", || book::run().map(drop)),
     ("crates", crates::run),
-    ("release", || release::run(None, Purpose::Draft)),
+    ("release", || {
+        release::run(None, Purpose::Draft)?;
+        installed::run(&root().join("dist"))
+    }),
 ];
 
 /// Names of the parts of the full checks.

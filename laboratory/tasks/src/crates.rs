@@ -3,13 +3,13 @@
 
 use std::fmt::Write as _;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
 use xtask::command::{Step, remove_folder, root};
 
-/// Names of the packages, without their common beginning.
+/// Names of the packages, without their common beginning, in the order in which they are published.
 const NAMES: [&str; 5] = ["estimator", "wire", "lsm6dsox", "storage", "bootloader"];
 
 /// Features that the packages' tests need.
@@ -52,8 +52,7 @@ fn main() -> Result<(), estimator_core::ParamsError> {
 /// # Errors
 /// A package cannot be packed, lacks a file or a field, does not compile, or fails a test.
 pub fn run() -> Result<()> {
-    let packages = NAMES.map(|name| format!("--package=footfall-{name}"));
-    Step::cargo(&["package", "--locked", "--no-verify", "--quiet"]).with(packages).run()?;
+    pack()?;
     let outside = root().join("target/outside");
     remove_folder(&outside)?;
     fs::create_dir_all(outside.join("src"))?;
@@ -90,13 +89,28 @@ pub fn run() -> Result<()> {
     Ok(())
 }
 
+/// Packs the packages, and returns the files in the order in which a registry takes them: a package after those that it
+/// depends on.
+///
+/// # Errors
+/// A package cannot be packed.
+pub fn pack() -> Result<[PathBuf; NAMES.len()]> {
+    let packages = NAMES.map(|name| format!("--package=footfall-{name}"));
+    Step::cargo(&["package", "--locked", "--no-verify", "--quiet"]).with(packages).run()?;
+    Ok(NAMES.map(packed))
+}
+
+/// File of a packed package.
+fn packed(name: &str) -> PathBuf {
+    root().join("target/package").join(format!("{}.crate", folder_of(name)))
+}
+
 fn folder_of(name: &str) -> String {
     format!("footfall-{name}-{VERSION}")
 }
 
 fn unpack(name: &str, outside: &Path) -> Result<()> {
-    let folder = folder_of(name);
-    let file = root().join("target/package").join(format!("{folder}.crate"));
+    let (folder, file) = (folder_of(name), packed(name));
     Step::program("tar")
         .with(["--extract", "--gzip", "--directory", &outside.display().to_string()])
         .with(["--file", &file.display().to_string()])

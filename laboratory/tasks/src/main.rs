@@ -5,13 +5,14 @@
 //! | `gate`, `full` | [`checks`]: the tiers of checks beyond `.ci/test`, with [`install`], [`panics`], [`python`], [`crates`], [`socketcan`] |
 //! | `results`, `measure` | [`results`]: measured figures, and the documents that show them; [`measure`]: the time that the gate takes |
 //! | `book` | [`book`]: the documents with search |
-//! | `release` | [`release`]: files for users, and their [`requirements`] |
+//! | `release`, `installed` | [`release`]: files for users, and their [`requirements`]; [`installed`]: their first use |
 
 mod book;
 mod checks;
 mod crates;
 mod environment;
 mod install;
+mod installed;
 mod measure;
 mod panics;
 mod python;
@@ -87,6 +88,12 @@ enum Task {
         #[arg(long)]
         draft: bool,
     },
+    /// Installs each piece of a release from its folder into an empty environment, and runs its first example.
+    Installed {
+        /// Folder of the release.
+        #[arg(default_value = "dist")]
+        folder: PathBuf,
+    },
 }
 
 fn main() -> ExitCode {
@@ -126,5 +133,6 @@ fn run(task: Task) -> Result<()> {
         Task::Release { only, draft } => {
             release::run(only, if draft { Purpose::Draft } else { Purpose::Users })
         }
+        Task::Installed { folder } => installed::run(&folder),
     }
 }

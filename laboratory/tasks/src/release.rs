@@ -1,4 +1,4 @@
-//! Builds the files of a release in `dist`: programs, wheels, firmware, the estimator for C,
+//! Builds the files of a release in `dist`: programs, packages for Debian, wheels, crates, firmware, the estimator for C,
 //! descriptions of the wire, and bills of materials.
 //!
 //! The firmware's files depend only on commit and compiler: two clones of a commit give the same bytes.
@@ -14,6 +14,7 @@ use xtask::command::{Step, remove_folder, root};
 use xtask::firmware::{self, Board};
 use xtask::{hex, image, library, uf2};
 
+use crate::crates;
 use crate::requirements::{self, Keys, Purpose};
 
 /// Machines with a program and a wheel; the program is static, so it runs on any Linux of the machine.
@@ -32,6 +33,12 @@ const MACHINES: [Machine; 2] = [
 
 /// Tools that compile and link for other machines, from `PyPI`.
 const TOOLS: [&str; 3] = ["cargo-zigbuild==0.24.0", "maturin==1.16.0", "ziglang==0.17.1"];
+
+/// Tool that packs the program for Debian, from crates.io, and its version.
+const DEBIAN_TOOL: [&str; 2] = ["cargo-deb", "3.8.0"];
+
+/// Tool that checks the tag of a wheel, from `PyPI`.
+pub const AUDITWHEEL: &str = "auditwheel==6.8.2";
 
 /// Tool that writes bills of materials, from crates.io, and its version.
 const BILL_TOOL: [&str; 2] = ["cargo-cyclonedx", "0.5.9"];
@@ -70,7 +77,7 @@ const BILLS: [Bill; 7] = [
 ];
 
 /// Oldest glibc that wheels run with, as in `manylinux_2_28`.
-const WHEELS_FOR: &str = "manylinux_2_28";
+pub const WHEELS_FOR: &str = "manylinux_2_28";
 
 /// Files of the repository that describe the messages of a foot, and the rule for udev.
 const FROM_REPOSITORY: [&str; 5] = [
@@ -148,6 +155,8 @@ pub fn run(only: Option<Part>, purpose: Purpose) -> Result<()> {
             build_program(machine, &tools, &dist)?;
             build_wheel(machine, &tools, &dist)?;
         }
+        build_debian_packages(&dist)?;
+        pack_crates(&dist)?;
         library::run(&dist)?;
         for board in uf2::Board::ALL {
             let built = uf2::run(board)?;
@@ -216,6 +225,51 @@ fn build_program(machine: &Machine, tools: &Path, dist: &Path) -> Result<()> {
         .run()
 }
 
+/// Packs the programs for Debian, with the manual pages and completions that the program for this machine writes.
+fn build_debian_packages(dist: &Path) -> Result<()> {
+    let tools = root().join("target/release-tools");
+    install_from_registry(DEBIAN_TOOL, &tools)?;
+    let this = MACHINES.iter().find(|machine| machine.name.starts_with(ARCH));
+    let this = this.with_context(|| format!("there is no program for {ARCH}"))?;
+    let program = root().join("target").join(this.program).join("release/footfall");
+    let program = program.display().to_string();
+    let folder = root().join("target/deb");
+    remove_folder(&folder)?;
+    fs::create_dir_all(&folder)?;
+    let pages = folder.join("man").display().to_string();
+    Step::program(&program).with(["man", &pages]).run()?;
+    for shell in ["bash", "fish", "zsh"] {
+        let script = Step::program(&program).with(["completions", shell]).output()?;
+        fs::write(folder.join(format!("footfall.{shell}")), script)?;
+    }
+    for machine in &MACHINES {
+        Step::program(&tools.join("bin/cargo-deb").display().to_string())
+            .with(["--no-build", "--no-strip", "--package", "footfall-program"])
+            .with(["--target", machine.program, "--output", &dist.display().to_string()])
+            .run()?;
+    }
+    Ok(())
+}
+
+/// Packs the crates, and lists them in the order in which they are published.
+fn pack_crates(dist: &Path) -> Result<()> {
+    let mut list = String::new();
+    for file in crates::pack()? {
+        copy(&file, dist)?;
+        let name = file.file_name().unwrap_or_default().display().to_string();
+        list += &format!("{name}\n");
+    }
+    fs::write(dist.join("crates-in-order.txt"), list)?;
+    Ok(())
+}
+
+/// Installs a tool from crates.io.
+fn install_from_registry([name, version]: [&str; 2], folder: &Path) -> Result<()> {
+    Step::cargo(&["install", "--locked", "--root", &folder.display().to_string()])
+        .with(["--version", version, name])
+        .run()
+}
+
 /// Builds the program with all features for the machine that runs this, checks that it starts, and packs it.
 fn build_native_program(dist: &Path) -> Result<()> {
     Step::cargo(&["build", "--locked", "--release"])
@@ -252,11 +306,8 @@ fn folder_of(name: &str, program: &Path) -> Result<PathBuf> {
 /// workspace, in a copy of the repository.
 fn write_bills(dist: &Path) -> Result<()> {
     let tools = root().join("target/release-tools");
-    let [name, version] = BILL_TOOL;
-    Step::cargo(&["install", "--locked", "--root", &tools.display().to_string()])
-        .with(["--version", version, name])
-        .run()?;
-    let tool = tools.join("bin").join(name).display().to_string();
+    install_from_registry(BILL_TOOL, &tools)?;
+    let tool = tools.join("bin").join(BILL_TOOL[0]).display().to_string();
     let clone = root().join("target/bills");
     remove_folder(&clone)?;
     Step::program("git")

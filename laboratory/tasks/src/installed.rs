@@ -1,0 +1,297 @@
+//! Installs each piece of a release from its folder into an empty environment, as a user does, and runs its first example:
+//! the wheel, the Debian package, the library for C, a crate. Nothing else of the repository is used.
+
+use std::env::consts::ARCH;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+
+use xtask::command::{Step, remove_folder, root};
+
+use crate::environment::Environment;
+use crate::release;
+
+/// Version of the workspace, which this package has too.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// Programs that a user of Debian has, beside Python and a compiler of C.
+const DPKG: [&str; 2] = ["dpkg", "dpkg-deb"];
+
+/// Files of the Debian package.
+const PACKAGED: [&str; 7] = [
+    "usr/bin/footfall",
+    "usr/lib/udev/rules.d/60-footfall.rules",
+    "usr/share/bash-completion/completions/footfall",
+    "usr/share/fish/vendor_completions.d/footfall.fish",
+    "usr/share/man/man1/footfall.1.gz",
+    "usr/share/man/man1/footfall-replay.1.gz",
+    "usr/share/zsh/vendor-completions/_footfall",
+];
+
+/// First program in Python: a foot at rest, and a walk.
+const IN_PYTHON: &str = r#"
+import footfall
+
+foot = footfall.Estimator(rate=1000.0)
+for _ in range(1000):
+    now = foot.update((0.0, 0.0, 9.81), (0.0, 0.0, 0.0))
+assert now.p_stable > 0.99 and now.decision, now
+walk = footfall.simulate("walk", seconds=20.0)
+assert footfall.score(walk.estimate(), walk.label).rmse < 0.2
+print(f"P {now.p_stable:.3f}")
+"#;
+
+/// First program in Rust: a foot at rest.
+const IN_RUST: &str = r#"use estimator_core::{ContactEstimator, ImuSample, Params, SpecificForce, Stream, Timestamp, Vec3};
+
+fn main() -> Result<(), estimator_core::ParamsError> {
+    let mut foot = ContactEstimator::new(&Params::DEFAULT.validate()?, Stream::KILOHERTZ);
+    let mut stable = 0.0;
+    for ms in 0..1_000 {
+        let sample = ImuSample {
+            timestamp: Timestamp::from_micros(1_000 * ms),
+            specific_force: SpecificForce(Vec3::new(0.0, 0.0, 9.81)),
+            ..ImuSample::default()
+        };
+        stable = foot.update(&sample, None).probabilities.stable;
+    }
+    assert!(stable > 0.99, "{stable}");
+    println!("P {stable:.3}");
+    Ok(())
+}
+"#;
+
+/// A piece of a release, and its test.
+type Piece = (&'static str, fn(&Release) -> Result<()>);
+
+const PIECES: [Piece; 6] = [
+    ("checksums", check_sums),
+    ("wheel", install_wheel),
+    ("Debian package", install_debian_package),
+    ("library for C", install_library),
+    ("crate", add_crate),
+    ("names for cargo binstall", read_binstall),
+];
+
+/// Folder of a release, and an empty folder for what is installed.
+struct Release {
+    dist: PathBuf,
+    empty: PathBuf,
+}
+
+impl Release {
+    /// Path of the only file with this beginning and end.
+    fn file(&self, begin: &str, end: &str) -> Result<PathBuf> {
+        let names = fs::read_dir(&self.dist).with_context(|| self.dist.display().to_string())?;
+        let names = names.map(|entry| Ok(entry?.file_name().display().to_string()));
+        let names: Vec<String> = names.collect::<Result<_>>()?;
+        let found: Vec<&String> =
+            names.iter().filter(|name| name.starts_with(begin) && name.ends_with(end)).collect();
+        match found[..] {
+            [name] => Ok(self.dist.join(name)),
+            _ => bail!("{}: one {begin}…{end} is expected, not {found:?}", self.dist.display()),
+        }
+    }
+
+    /// An empty folder of this name.
+    fn folder(&self, name: &str) -> Result<PathBuf> {
+        let folder = self.empty.join(name);
+        fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
+        Ok(folder)
+    }
+}
+
+/// Installs each piece of the release in a folder, and prints how long it takes to its first result.
+///
+/// # Errors
+/// A piece is missing, cannot be installed, or does not give its result. The others are still tried.
+pub fn run(dist: &Path) -> Result<()> {
+    let empty = root().join("target/installed");
+    remove_folder(&empty)?;
+    let dist = dist.canonicalize().with_context(|| dist.display().to_string())?;
+    let release = Release { dist, empty };
+    let mut failed = Vec::new();
+    for (name, install) in PIECES {
+        println!("\n== {name}");
+        let start = Instant::now();
+        match install(&release) {
+            Ok(()) => println!("{name}: {:.1} s", start.elapsed().as_secs_f64()),
+            Err(error) => {
+                eprintln!("error: {name}: {error:#}");
+                failed.push(name);
+            }
+        }
+    }
+    if !failed.is_empty() {
+        bail!("cannot be used from {}: {}", release.dist.display(), failed.join(", "));
+    }
+    Ok(())
+}
+
+/// Prints the last line of a program, which has to be a probability above 0.9.
+fn expect_stable(printed: &str) -> Result<()> {
+    let last = printed.lines().last().unwrap_or_default();
+    let mut words = last.split_whitespace().skip_while(|word| *word != "P");
+    let probability = words.nth(1).and_then(|word| word.parse::<f32>().ok());
+    if probability.is_none_or(|probability| probability <= 0.9) {
+        bail!("the probability of a foot at rest is expected in {last:?}");
+    }
+    println!("{last}");
+    Ok(())
+}
+
+fn check_sums(release: &Release) -> Result<()> {
+    let check = ["--check", "--quiet", "--strict", "SHA256SUMS"];
+    Step::program("sha256sum").at(&release.dist).with(check).run()
+}
+
+/// Installs the wheel with its dependencies, and lets auditwheel check its tag: the wheel needs no newer glibc and no other
+/// library.
+fn install_wheel(release: &Release) -> Result<()> {
+    let wheel = release.file(&format!("footfall-{VERSION}-cp310-abi3-"), &format!("{ARCH}.whl"))?;
+    let environment = Environment::create("release")?;
+    environment.install([wheel.display().to_string()])?;
+    let printed = environment.python().at(&release.folder("wheel")?).with(["-c", IN_PYTHON]);
+    expect_stable(&printed.output()?)?;
+    let auditor = Environment::create("auditwheel")?;
+    auditor.install([release::AUDITWHEEL])?;
+    let show = ["-m", "auditwheel", "show"];
+    let shown = auditor.python().with(show).with([wheel.display().to_string()]).output()?;
+    let shown = shown.split_whitespace().collect::<Vec<_>>().join(" ");
+    let tag = format!("\"{}_{ARCH}\"", release::WHEELS_FOR);
+    if !shown.contains(&format!("is consistent with the following platform tag: {tag}")) {
+        bail!("{}: {tag} is expected: {shown}", wheel.display());
+    }
+    Ok(())
+}
+
+/// Installs the Debian package into an empty root, by dpkg as apt does, and runs the program there.
+fn install_debian_package(release: &Release) -> Result<()> {
+    for program in DPKG {
+        if !xtask::command::is_installed(program) {
+            bail!("{program} is not installed, which Debian and its derivatives have");
+        }
+    }
+    let machine = Step::program("dpkg").with(["--print-architecture"]).output()?;
+    let package = release.file("footfall_", &format!("_{}.deb", machine.trim()))?;
+    let package_name = package.display().to_string();
+    let depends = ["--field", &package_name, "Depends"];
+    let depends = Step::program("dpkg-deb").with(depends).output()?;
+    if !depends.trim().is_empty() {
+        bail!("{package_name}: a static program needs no package, not {depends}");
+    }
+    let system = release.folder("system")?;
+    for folder in ["var/lib/dpkg/info", "var/lib/dpkg/updates", "var/lib/dpkg/triggers"] {
+        fs::create_dir_all(system.join(folder))?;
+    }
+    fs::write(system.join("var/lib/dpkg/status"), "")?;
+    Step::program("dpkg")
+        .with([&format!("--root={}", system.display()), "--log=/dev/null"])
+        .with(["--force-not-root", "--force-bad-path", "--install", &package_name])
+        .run()?;
+    for file in PACKAGED {
+        if !system.join(file).is_file() {
+            bail!("{package_name}: {file} is missing");
+        }
+    }
+    let program = system.join("usr/bin/footfall").display().to_string();
+    let folder = release.folder("debian")?;
+    let mut walk = String::from("t,ax,ay,az,gx,gy,gz\n");
+    for ms in 0..1_000 {
+        let _ = writeln!(walk, "{:.3},0,0,9.81,0,0,0", f64::from(ms) / 1.0e3);
+    }
+    fs::write(folder.join("rest.csv"), walk)?;
+    Step::program(&program)
+        .at(&folder)
+        .with(["replay", "rest.csv", "--output", "estimates.csv"])
+        .run()?;
+    let table = fs::read_to_string(folder.join("estimates.csv"))?;
+    let mut rows = table.lines();
+    let place = rows.next().and_then(|header| header.split(',').position(|c| c == "p_stable"));
+    let last = rows.last().and_then(|row| row.split(',').nth(place?));
+    expect_stable(&format!("P {}", last.unwrap_or_default()))
+}
+
+/// Builds the example of the archive with `CMake`, and runs it over a foot at rest.
+fn install_library(release: &Release) -> Result<()> {
+    let archive = release.file(&format!("footfall-estimator-{VERSION}"), ".zip")?;
+    let folder = release.folder("library")?;
+    let path = folder.display().to_string();
+    let unpack = ["-m", "zipfile", "-e", &archive.display().to_string(), &path];
+    Step::program("python3").with(unpack).run()?;
+    let unpacked = folder.join("footfall_estimator");
+    Step::program("cmake")
+        .at(&folder)
+        .with(["-S", &unpacked.join("examples").display().to_string(), "-B", "build"])
+        .with([format!("-DCMAKE_PREFIX_PATH={}", unpacked.display())])
+        .run()?;
+    Step::program("cmake").at(&folder).with(["--build", "build"]).run()?;
+    let mut lines = "1000\n".to_owned();
+    for ms in 0..1_000 {
+        let _ = writeln!(lines, "{} 0 0 9.81 0 0 0 nan 0", 1_000 * ms);
+    }
+    fs::write(folder.join("input"), lines)?;
+    let walk = Step::program("sh").at(&folder).with(["-c", "build/walk <input"]);
+    let printed = walk.output()?;
+    // The decision stands behind the probability.
+    expect_stable(printed.trim_end().trim_end_matches("stable"))
+}
+
+/// Adds the packed estimator to a new package, and runs a program with it.
+fn add_crate(release: &Release) -> Result<()> {
+    let folder = release.folder("crate")?;
+    let packed = release.file(&format!("footfall-estimator-{VERSION}"), ".crate")?;
+    let extract = ["--extract", "--gzip", "--file", &packed.display().to_string()];
+    Step::program("tar").at(&folder).with(extract).run()?;
+    let app = folder.join("app");
+    fs::create_dir_all(app.join("src"))?;
+    let manifest = "[package]\nname = \"app\"\nedition = \"2024\"\n\n[workspace]\n";
+    fs::write(app.join("Cargo.toml"), manifest)?;
+    fs::write(app.join("src/main.rs"), IN_RUST)?;
+    let path = format!("../footfall-estimator-{VERSION}");
+    Step::program("cargo").at(&app).with(["add", "--quiet", "--path", &path]).run()?;
+    let run = ["run", "--quiet", "--target-dir", "target"];
+    expect_stable(&Step::program("cargo").at(&app).with(run).output()?)
+}
+
+/// Reads the names that `cargo binstall` would download, and looks for them and for the program in them.
+fn read_binstall(release: &Release) -> Result<()> {
+    let manifest = fs::read_to_string(root().join("host/footfall/Cargo.toml"))?;
+    let (_, metadata) = manifest
+        .split_once("[package.metadata.binstall]\n")
+        .context("host/footfall/Cargo.toml has no metadata for cargo binstall")?;
+    let value = |key: &str| {
+        let mut lines = metadata.lines();
+        let line = lines.find_map(|line| line.strip_prefix(&format!("{key} = \"")));
+        let value = line.and_then(|line| line.strip_suffix('"'));
+        value.with_context(|| format!("host/footfall/Cargo.toml has no {key} for cargo binstall"))
+    };
+    for machine in ["x86_64", "aarch64"] {
+        let filled = |template: &str| {
+            [
+                ("{ repo }", env!("CARGO_PKG_REPOSITORY")),
+                ("{ version }", VERSION),
+                ("{ target-arch }", machine),
+                ("{ target-family }", "linux"),
+                ("{ bin }", "footfall"),
+                ("{ binary-ext }", ""),
+            ]
+            .into_iter()
+            .fold(template.to_owned(), |text, (name, value)| text.replace(name, value))
+        };
+        let url = filled(value("pkg-url")?);
+        let address = format!("{}/releases/download/v{VERSION}/", env!("CARGO_PKG_REPOSITORY"));
+        let file = url.strip_prefix(&address).with_context(|| format!("{url}: {address}…"))?;
+        let inside = filled(value("bin-dir")?);
+        let list = ["--list", "--gzip", "--file", file];
+        let listed = Step::program("tar").at(&release.dist).with(list).output()?;
+        if !listed.lines().any(|line| line == inside) {
+            bail!("{file} lacks {inside}");
+        }
+        println!("{file}: {inside}");
+    }
+    Ok(())
+}
