@@ -110,6 +110,32 @@ fn recordings_are_learnt_in_sequence() {
 }
 
 #[test]
+fn recordings_of_two_mountings_are_reported() {
+    let bench = Bench::with("walk.csv", csv(GaitName::Walk, 12.0));
+    bench.stdout("convert walk.csv turned.csv --axes x,-z,y");
+    let said = |arguments: &str| text(&bench.run(arguments).stderr);
+    let differs = "the direction of up differs by ";
+    assert!(!said("calibrate walk.csv walk.csv").contains(differs));
+    let both = said("calibrate walk.csv turned.csv");
+    assert_has(&both, differs);
+    assert_has(&both, "so no axes are found: calibrate recordings of one mounting together\n");
+}
+
+#[test]
+fn calibration_reports_the_rows_that_are_left_out() {
+    let walk = text(&csv(GaitName::Walk, 12.0));
+    let (header, rows) = walk.split_once('\n').expect("a header");
+    let first = rows.lines().next().expect("a row");
+    let content = format!("{header}\n{first}\n{rows}");
+    let bench = Bench::with("walk.csv", content.clone());
+    let left_out = "walk.csv: 1 row left out, whose times do not advance\n";
+    let output = bench.run("calibrate walk.csv --times drop-bad");
+    assert_has(&text(&output.stderr), left_out);
+    // A calibration of the sensor fails on a walk, after it has reported the notices.
+    assert_has(&bench.error("calibrate --rests walk.csv --times drop-bad"), left_out);
+}
+
+#[test]
 fn calibration_learns_even_if_learning_is_frozen() {
     let bench = Bench::with("walk.csv", csv(GaitName::Walk, 12.0));
     fs::write(bench.path("frozen.toml"), "learning = 'frozen'\n").expect("a file");

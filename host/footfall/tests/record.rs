@@ -51,6 +51,31 @@ fn recording_without_a_message_keeps_the_file_it_would_replace() {
 }
 
 #[test]
+fn line_that_is_absent_is_waited_for() {
+    let bench = Bench::new();
+    let said = bench.error("record uart:/dev/there-is-none --seconds 0.1 -o new.mcap");
+    assert_has(&said, "/dev/there-is-none: ");
+    assert_has(&said, "; waiting for it\n");
+}
+
+#[test]
+fn recording_of_a_damaged_log_counts_its_lines_and_absent_samples() {
+    let bench = Bench::new();
+    bench.stdout("demo --output demo");
+    let log = read(&bench.path("demo/can.log"));
+    // Contacts of node 0x11, without the frames of its samples.
+    let is_contact = |line: &&str| line.contains(" 191#");
+    let contacts: Vec<&str> = log.lines().filter(is_contact).collect();
+    let damaged = format!("{}\nnothing of a log\n{}\n", contacts[0], contacts[1..].join("\n"));
+    fs::write(bench.path("damaged.log"), damaged).expect("a file");
+    let output = bench.run("record file:damaged.log@max -o contacts.mcap");
+    let said = text(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    assert_has(&said, "1 lines unreadable");
+    assert_has(&said, "/imu is not in the recording: the foot sent no samples.");
+}
+
+#[test]
 fn seconds_of_a_recording_are_those_of_its_data() {
     let bench = Bench::new();
     let report = bench.stdout("record demo: --seconds 1 -o walk.mcap");

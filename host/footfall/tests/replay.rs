@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::common::{AXES, Bench, read, standing, text};
+use crate::common::{AXES, Bench, assert_has, read, standing, text};
 use estimator_core::any::AnyParams;
 use footfall::plot;
 use options::{Format, InputOptions};
@@ -228,6 +228,17 @@ fn default_preset_uses_load_threshold_of_the_format() {
         assert!(["stance", "quiet_swing", "swing", "slip"].into_iter().all(largest), "{summary}");
         assert!(shares[state].as_f64() > Some(0.2), "{summary}");
     }
+}
+
+#[test]
+fn streamed_rows_have_the_notices_of_a_file() {
+    let row = |k: u32| format!("{:.3},0,0,9.81,0,0,0\n", f64::from(k) * 0.01);
+    let rows: String = (0..100).map(row).collect();
+    let output =
+        Bench::new().piped("replay - --output - --preset paper", &format!("t,{AXES}\n{rows}"));
+    assert!(output.status.success(), "{output:?}");
+    let window = "the window of the paper's preset, 50 samples, lasts 500 ms at 100 Hz";
+    assert_has(&text(&output.stderr), window);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
 
-use crate::common::{Bench, text};
+use crate::common::{Bench, assert_has, text};
 use crate::packages;
 use footfall::ros::FootTopics;
 use footfall::ros::message::Definition;
@@ -21,6 +21,14 @@ fn client(arguments: &[&str]) -> Option<String> {
     let packages = packages::install("python-view", REQUIREMENTS)?;
     let arguments = arguments.iter().map(|argument| argument as &dyn AsRef<OsStr>);
     Some(packages.run(SCRIPT, &arguments.collect::<Vec<_>>()))
+}
+
+#[test]
+fn viewers_stay_connected_after_the_end_of_a_file() {
+    let output = Bench::new().run("view demo:seconds=0.2,speed=max --port 0 --seconds 0.5");
+    let said = text(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    assert_has(&said, "; viewers stay connected until Ctrl-C\n");
 }
 
 #[test]
