@@ -59,8 +59,8 @@ typedef union {
 typedef struct footfall_estimator footfall_estimator;
 
 /* State learnt from a foot. Store its 28 bytes unchanged. They are the same on every machine: seven little-endian words, a
- * version, five numbers in binary32, and the CRC-32 (ISO-HDLC) of the bytes before. footfall_estimator_init() returns an error
- * for a state with a flipped bit, of another version, or of zeros. Without a state the foot learns again. */
+ * version, five numbers in binary32, and the CRC-32 (ISO-HDLC) of the bytes before. footfall_estimator_init() returns an
+ * error for a state with a flipped bit, of another version, or of zeros. Without a state the foot learns again. */
 typedef struct {
     uint8_t bytes[28];
 } footfall_learnt;
@@ -103,14 +103,14 @@ typedef struct {
     uint8_t validity; /* FOOTFALL_SAMPLE_... */
 } footfall_sample;
 
-/* Bits of footfall_estimate.flags: reasons to doubt. All but TIME_GAP, SETTLING, UNIT and GRAVITY end the decision "stable". Later
- * versions may set more bits. */
+/* Bits of footfall_estimate.flags: reasons to doubt. All but TIME_GAP, SETTLING, UNIT and GRAVITY end the decision
+ * "stable". Later versions may set more bits. */
 enum {
     FOOTFALL_FLAG_WINDOW_NOT_FULL = 1, /* the first samples for which up is known */
     FOOTFALL_FLAG_ATTITUDE_NOT_INITIALISED = 2,
     FOOTFALL_FLAG_SATURATED = 4,
     FOOTFALL_FLAG_STALE = 8,
-    FOOTFALL_FLAG_INVALID_SAMPLE = 16, /* not finite, beyond any sensor, not later than the one before, or of a time that jumped */
+    FOOTFALL_FLAG_INVALID_SAMPLE = 16, /* not finite, beyond any sensor, not later than the one before, or after a jump */
     FOOTFALL_FLAG_TIME_GAP = 32,
     FOOTFALL_FLAG_SETTLING = 64, /* few steps so far: the limits are those for any foot; permanent if the unit is wrong */
     FOOTFALL_FLAG_UNPROVEN = 128, /* neither rested nor landed for longer than a stride: the probability is at most 0.5 */

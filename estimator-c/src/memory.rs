@@ -1,10 +1,11 @@
-//! Functions of Arm's run-time ABI that copy and clear memory, to which the compiler generates calls: by `memcpy`, `memmove` and
-//! `memset`. A program without a C library has to define those anyway, because GCC calls them, but not these.
+//! Functions of Arm's run-time ABI that copy and clear memory, to which the compiler generates calls: by `memcpy`,
+//! `memmove` and `memset`. A program without a C library has to define those anyway, because GCC calls them, but not these.
 
 use core::arch::global_asm;
 
-// SAFETY: These are the functions of the ABI (AAPCS: arguments in r0 to r2, r3 is free). The definitions are weak, so that those
-// of a program's C library win where it has linked them. The address is loaded, since a branch of a Cortex-M0 reaches only 2 KiB.
+// SAFETY: These are the functions of the ABI (AAPCS: arguments in r0 to r2, r3 is free). The definitions are weak, so that
+// those of a program's C library win where it has linked them. The address is loaded, since a branch of a Cortex-M0
+// reaches only 2 KiB.
 global_asm!(
     ".syntax unified",
     ".macro footfall_memory name",

@@ -9,8 +9,8 @@ use estimator_core::{
 
 use crate::error::Error;
 
-/// `footfall_learnt`: state learnt from a foot, as [`Learnt::to_bytes`] stores it: the same bytes on every machine. The value of
-/// `Default` is rejected.
+/// `footfall_learnt`: state learnt from a foot, as [`Learnt::to_bytes`] stores it: the same bytes on every machine. The
+/// value of `Default` is rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C)]
 pub struct CLearnt {

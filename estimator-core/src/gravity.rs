@@ -14,8 +14,8 @@ const LEAST_MEAN: f32 = 0.5 * STANDARD_GRAVITY;
 
 /// Search for gravity in the samples of a stream with [`Gravity::Removed`].
 ///
-/// If they contain gravity after all, a [`ContactEstimator`](crate::ContactEstimator) takes 9.81 m/s² for motion. Its foot is
-/// then never stable, and no flag gives the reason. So pass the same samples to this check.
+/// If they contain gravity after all, a [`ContactEstimator`](crate::ContactEstimator) takes 9.81 m/s² for motion. Its
+/// foot is then never stable, and no flag gives the reason. So pass the same samples to this check.
 ///
 /// ```
 /// use estimator_core::gravity::GravityCheck;
