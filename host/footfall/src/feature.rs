@@ -1,5 +1,5 @@
-//! Optional parts of the program: interfaces to third-party programs, each of which takes longer to build than the
-//! rest of the program.
+//! Optional parts of the program: interfaces to third-party programs, which most users do not need and which take long
+//! to build.
 
 use std::fmt;
 use std::sync::LazyLock;
