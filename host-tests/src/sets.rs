@@ -102,7 +102,7 @@ impl Set {
             Self::Slip => 0.447,
             Self::Atlas7k => 0.2567,
             Self::Nao => 0.2496,
-            Self::Shoe => 0.2706,
+            Self::Shoe => 0.2705,
             Self::Demo => 0.239,
             Self::Atlas500 => 0.3563,
             Self::Talos => 0.1818,
