@@ -169,9 +169,9 @@ footfall_error footfall_estimator_init(void *memory, size_t size, const footfall
  * An error leaves the estimator unchanged and writes the doubtful estimate to `*estimate`: not stable, probability 0,
  * sigma 100 m/s, no turn, FOOTFALL_FLAG_INVALID_SAMPLE.
  *
- * A timestamp that jumps backwards, or forwards by more than 13 ms and a missing sample, makes this one sample invalid. If
- * the next timestamp comes back, nothing else happens. If it does not, the jump was real: a gap has TIME_GAP at the next
- * sample, and after a clock was set back the estimator goes on. */
+ * A timestamp that jumps backwards, or forwards by more than 13 ms and a missing sample, makes this one sample invalid, and
+ * the estimator does without it. If the next timestamp comes back, one sample is missing, which ends no stance. If it
+ * does not, the jump was real: a gap has TIME_GAP at the next sample, and after a clock was set back the estimator goes on. */
 footfall_error footfall_estimator_update(footfall_estimator *estimator, const footfall_sample *sample,
                                          const float *load, footfall_estimate *estimate);
 

@@ -2,7 +2,7 @@
 
 use core::mem::MaybeUninit;
 
-use estimator_core::clock::{Bridge, Bridged};
+use estimator_core::clock::Bridge;
 use estimator_core::gravity::GravityCheck;
 use estimator_core::{
     Config, ContactEstimate, ContactEstimator, Flag, Flags, ImuSample, Load, Stream, Timestamp,
@@ -34,12 +34,17 @@ pub struct Estimator {
 pub(crate) struct Before {
     bridge: Bridge,
     gravity: GravityCheck,
+    /// Orientation and bias of the newest estimate.
+    orientation: [f32; 4],
+    gyro_bias_rad_s: [f32; 3],
 }
 
 impl Before {
     /// Steps for the samples of a stream.
     pub(crate) fn new(stream: Stream) -> Self {
-        Self { bridge: Bridge::new(stream), gravity: GravityCheck::new(stream) }
+        let CEstimate { orientation, gyro_bias_rad_s, .. } = CEstimate::doubtful();
+        let (bridge, gravity) = (Bridge::new(stream), GravityCheck::new(stream));
+        Self { bridge, gravity, orientation, gyro_bias_rad_s }
     }
 }
 
@@ -73,37 +78,45 @@ impl Estimator {
         to: &mut CEstimate,
     ) -> Result<(), Error> {
         let mut imu = sample.checked()?;
-        let is_in_doubt = self.prepare(&mut imu);
-        let estimate = self.core.update(&imu, load.map(Load));
-        self.write(&estimate, is_in_doubt, to);
+        if self.prepare(&mut imu) {
+            let estimate = self.core.update(&imu, load.map(Load));
+            self.write(&estimate, to);
+        } else {
+            self.write_doubt(to);
+        }
         to.timestamp_us = sample.timestamp_us;
         Ok(())
     }
 
-    /// Gives a sample its time for the estimator, and returns whether this time is in doubt. A function of its own, so
-    /// that it leaves the stack before the estimate is computed.
+    /// Gives a sample its time for the estimator, and returns whether it has one. A function of its own, so that it leaves
+    /// the stack before the estimate is computed.
     #[inline(never)]
     fn prepare(&mut self, imu: &mut ImuSample) -> bool {
         self.before.gravity.push(imu);
-        let Bridged { timestamp, is_in_doubt } = self.before.bridge.next(imu.timestamp);
-        imu.timestamp = timestamp;
-        is_in_doubt
+        let time = self.before.bridge.next(imu.timestamp);
+        imu.timestamp = time.unwrap_or(imu.timestamp);
+        time.is_some()
     }
 
     /// Writes the estimate as in the header, without its time. A function of its own, as above.
     #[inline(never)]
-    fn write(&self, estimate: &ContactEstimate, is_in_doubt: bool, to: &mut CEstimate) {
-        let mut converted = CEstimate::from(estimate);
-        if is_in_doubt {
-            converted = CEstimate {
-                flags: converted.flags | u32::from(Flags::NONE.with(Flag::InvalidSample).bits()),
-                orientation: converted.orientation,
-                gyro_bias_rad_s: converted.gyro_bias_rad_s,
-                ..CEstimate::doubtful()
-            };
-        }
-        converted.flags |= self.faults(converted.flags);
-        *to = converted;
+    fn write(&mut self, estimate: &ContactEstimate, to: &mut CEstimate) {
+        *to = CEstimate::from(estimate);
+        to.flags |= self.faults(to.flags);
+        self.before.orientation = to.orientation;
+        self.before.gyro_bias_rad_s = to.gyro_bias_rad_s;
+    }
+
+    /// Writes the estimate of a sample whose time is in doubt, which the estimator does not get.
+    #[inline(never)]
+    fn write_doubt(&self, to: &mut CEstimate) {
+        let flags = u32::from(Flags::NONE.with(Flag::InvalidSample).bits());
+        *to = CEstimate {
+            flags: flags | self.faults(flags),
+            orientation: self.before.orientation,
+            gyro_bias_rad_s: self.before.gyro_bias_rad_s,
+            ..CEstimate::doubtful()
+        };
     }
 
     /// Flags of samples that are not what the parameters say. The unit is compared only while the foot is in doubt, which a
@@ -122,11 +135,12 @@ impl Estimator {
     /// Spreads the times of samples that were read at once, the last of which has the time of the newest.
     pub fn spread_timestamps(&self, samples: &mut [CSample]) {
         let newest_us = samples.last().map_or(0, |newest| newest.timestamp_us);
-        let newest = self.before.bridge.presumed(Timestamp::from_micros(newest_us));
+        let count = u32::try_from(samples.len()).unwrap_or(u32::MAX);
+        let newest = self.before.bridge.presumed(Timestamp::from_micros(newest_us), count);
         let times = self.core.batch_timestamps(newest, samples.len());
         for (sample, time) in samples.iter_mut().zip(times) {
             let earlier_us = newest.micros_since(time).unwrap_or(0);
-            sample.timestamp_us = newest_us.saturating_sub(earlier_us);
+            sample.timestamp_us = newest_us.wrapping_sub(earlier_us);
         }
     }
 

@@ -6,14 +6,19 @@ use crate::stream::Stream;
 /// Longest step that an estimator bridges by itself, µs: half of its window.
 const BRIDGED_US: u64 = 13_000;
 
+/// Presumed time of the newest sample of a first read, µs: all of its samples have later times than 0.
+const FIRST_US: u64 = 1 << 62;
+
 /// Bridge over single timestamps that jump and come back.
 ///
 /// A clock may give one sample a time 100 ms late, and the next one the right time. To an estimator this is a gap, and then
 /// a time that is not later than the one before: it forgets that the foot stands, and waits until it has seen it
-/// stand again. The bridge gives the estimator the time that was due, and says that this sample is in doubt. The next
-/// sample shows whether the time has come back. If it has not, the gap or the new time is real, and the estimator gets it.
+/// stand again. The bridge gives such a sample no time, so that you leave it out: to the estimator one sample is missing. The
+/// next sample shows whether the time has come back. If it has not, the gap or the new time is real, and the estimator
+/// gets the whole of it with the readings of both sides.
 ///
-/// Times without a jump pass unchanged, and so do gaps that the estimator bridges itself.
+/// Times without a jump pass unchanged, and so do gaps that the estimator bridges itself. Differences of stamps are taken
+/// modulo 2⁶⁴.
 ///
 /// ```
 /// use estimator_core::clock::Bridge;
@@ -21,9 +26,8 @@ const BRIDGED_US: u64 = 13_000;
 ///
 /// let mut bridge = Bridge::new(Stream::KILOHERTZ);
 /// let stamps = [1_000, 2_000, 103_000, 4_000, 5_000].map(Timestamp::from_micros);
-/// let bridged = stamps.map(|stamp| bridge.next(stamp));
-/// assert_eq!(bridged.map(|time| time.timestamp.as_micros()), [1_000, 2_000, 3_000, 4_000, 5_000]);
-/// assert_eq!(bridged.map(|time| time.is_in_doubt), [false, false, true, false, false]);
+/// let times = stamps.map(|stamp| bridge.next(stamp).map(Timestamp::as_micros));
+/// assert_eq!(times, [Some(1_000), Some(2_000), None, Some(4_000), Some(5_000)]);
 /// ```
 #[derive(Clone, Debug)]
 pub struct Bridge {
@@ -37,21 +41,16 @@ pub struct Bridge {
 struct State {
     /// Stamp of the newest sample, µs.
     stamp_us: u64,
+    /// From the stamp before to the newest one, µs; 0 unless the newest was accepted as later.
+    step_us: u64,
+    /// Whether the newest sample is in doubt.
+    is_in_doubt: bool,
     /// Stamp before the newest one, if that is further on than one period; µs.
     before_jump_us: Option<u64>,
-    /// Time that the estimator got for the newest sample, µs.
+    /// Newest time that the estimator got, µs.
     given_us: u64,
     /// From stamps to the estimator's times, µs, modulo 2⁶⁴. It differs from 0 once a clock was set back.
     offset_us: u64,
-}
-
-/// Time for the estimator.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Bridged {
-    /// Time to give to the estimator. It is later than the one before, unless the stamp is repeated.
-    pub timestamp: Timestamp,
-    /// Whether the stamp has jumped, so that the time is only presumed. Do not rely on the estimate of this sample.
-    pub is_in_doubt: bool,
 }
 
 impl Bridge {
@@ -61,48 +60,64 @@ impl Bridge {
         Self { period_us: stream.period_us(), state: None }
     }
 
-    /// Returns the time of the next sample for the estimator. A stamp that equals the one before keeps its time, so that
-    /// the estimator rejects the sample.
-    pub fn next(&mut self, stamp: Timestamp) -> Bridged {
+    /// Returns the time of the next sample for the estimator: later than the one before, unless the stamp is repeated, so
+    /// that the estimator rejects the sample. There is none if the stamp has jumped: leave the sample out.
+    pub fn next(&mut self, stamp: Timestamp) -> Option<Timestamp> {
         let stamp_us = stamp.as_micros();
-        let (gap_us, longest_us) = (self.gap_us(), self.longest_us());
-        let due_us = 2 * self.period_us + gap_us;
+        let (period_us, gap_us) = (self.period_us, self.gap_us());
+        let (due_us, longest_us) = (2 * period_us + gap_us, self.longest_us());
         let Some(state) = &mut self.state else {
-            self.state =
-                Some(State { stamp_us, before_jump_us: None, given_us: stamp_us, offset_us: 0 });
-            return Bridged { timestamp: stamp, is_in_doubt: false };
+            self.state = Some(State {
+                stamp_us,
+                step_us: 0,
+                is_in_doubt: false,
+                before_jump_us: None,
+                given_us: stamp_us,
+                offset_us: 0,
+            });
+            return Some(stamp);
         };
-        let follows = |from_us: u64, within_us: u64| {
-            stamp_us.checked_sub(from_us).is_some_and(|step_us| step_us > 0 && step_us < within_us)
-        };
-        let next_us = state.given_us.saturating_add(self.period_us);
-        let has_returned = state.before_jump_us.is_some_and(|before_us| follows(before_us, due_us));
-        let is_in_doubt = if stamp_us == state.stamp_us {
-            false
-        } else if has_returned || follows(state.stamp_us, longest_us) {
-            let is_gap = !has_returned && !follows(state.stamp_us, gap_us);
+        let step_us = later_by(stamp_us, state.stamp_us);
+        let has_returned = state
+            .before_jump_us
+            .and_then(|before_us| later_by(stamp_us, before_us))
+            .is_some_and(|step_us| step_us < due_us);
+        // A step that is no longer than the one before shows that the samples come at another rate than declared.
+        let longest_us = longest_us.max(state.step_us.saturating_add(period_us));
+        let follows = step_us.is_some_and(|step_us| step_us < longest_us);
+        // Two stamps in a row do not jump by accident, each to a later time.
+        let is_confirmed = state.is_in_doubt && step_us.is_some();
+        if stamp_us == state.stamp_us {
+            return Some(Timestamp::from_micros(state.given_us));
+        }
+        if has_returned || follows || is_confirmed {
+            let is_gap = !has_returned && step_us.is_some_and(|step_us| step_us >= gap_us);
             state.before_jump_us = is_gap.then_some(state.stamp_us);
-            state.given_us = match stamp_us.wrapping_add(state.offset_us) {
-                continued_us if continued_us > state.given_us => continued_us,
-                // The clock was set back, or the estimator has the time of a small jump that came back.
-                _ => next_us,
-            };
+            state.step_us = step_us.unwrap_or(0);
+            let continued_us = stamp_us.wrapping_add(state.offset_us);
+            // Otherwise the clock was set back, or the estimator has the time of a small jump that came back.
+            let ahead_us = later_by(continued_us, state.given_us).unwrap_or(period_us);
+            state.given_us = state.given_us.wrapping_add(ahead_us);
             state.offset_us = state.given_us.wrapping_sub(stamp_us);
-            false
+            state.is_in_doubt = false;
         } else {
             state.before_jump_us = Some(state.stamp_us);
-            state.given_us = next_us;
-            true
-        };
+            state.step_us = 0;
+            state.is_in_doubt = true;
+        }
         state.stamp_us = stamp_us;
-        Bridged { timestamp: Timestamp::from_micros(state.given_us), is_in_doubt }
+        (!state.is_in_doubt).then_some(Timestamp::from_micros(state.given_us))
     }
 
-    /// Returns the time of a stamp for the estimator, as if it did not jump, without taking it.
+    /// Returns the time of a stamp for the estimator, as if it did not jump, without taking it. It is `due` periods after the
+    /// newest time if the clock was set back, and far from 0 before the first sample.
     #[must_use]
-    pub fn presumed(&self, stamp: Timestamp) -> Timestamp {
-        let offset_us = self.state.as_ref().map_or(0, |state| state.offset_us);
-        Timestamp::from_micros(stamp.as_micros().wrapping_add(offset_us))
+    pub fn presumed(&self, stamp: Timestamp, due: u32) -> Timestamp {
+        let Some(state) = &self.state else { return Timestamp::from_micros(FIRST_US) };
+        let continued_us = stamp.as_micros().wrapping_add(state.offset_us);
+        let is_later = later_by(continued_us, state.given_us).is_some();
+        let due_us = state.given_us.wrapping_add(u64::from(due).wrapping_mul(self.period_us));
+        Timestamp::from_micros(if is_later { continued_us } else { due_us })
     }
 
     /// Step from which on a sample is missing, µs, as in the estimator.
@@ -117,68 +132,88 @@ impl Bridge {
     }
 }
 
+/// Returns by how much one stamp is later than another, µs, if it is.
+fn later_by(stamp_us: u64, than_us: u64) -> Option<u64> {
+    let step_us = stamp_us.wrapping_sub(than_us);
+    (step_us > 0 && step_us <= u64::MAX / 2).then_some(step_us)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::contact::ContactEstimator;
     use crate::params::Params;
     use crate::phase::Decision;
-    use crate::sample::{ImuSample, SpecificForce};
+    use crate::sample::{AngularRate, ImuSample, SpecificForce};
     use crate::stream::Gravity;
     use crate::units::STANDARD_GRAVITY;
-    use crate::vector::Vec3;
+    use crate::vector::{Quaternion, Vec3};
     use std::vec::Vec;
 
-    /// Times for the estimator at 1 kHz, and places of the samples in doubt.
-    fn bridged(stamps_ms: &[u64]) -> (Vec<u64>, Vec<usize>) {
+    /// Times for the estimator at 1 kHz, ms.
+    fn bridged(stamps_ms: &[u64]) -> Vec<Option<u64>> {
         let mut bridge = Bridge::new(Stream::KILOHERTZ);
-        let bridged = stamps_ms.iter().map(|ms| bridge.next(Timestamp::from_micros(1_000 * ms)));
-        let bridged: Vec<Bridged> = bridged.collect();
-        let times = bridged.iter().map(|time| time.timestamp.as_micros() / 1_000).collect();
-        let doubts = bridged.iter().enumerate().filter(|(_, time)| time.is_in_doubt);
-        (times, doubts.map(|(place, _)| place).collect())
+        let times = stamps_ms.iter().map(|ms| bridge.next(Timestamp::from_micros(1_000 * ms)));
+        times.map(|time| time.map(|time| time.as_micros() / 1_000)).collect()
     }
 
     #[test]
     fn stamps_without_a_jump_pass_unchanged() {
         for stamps in [&[7, 8, 9, 10][..], &[7, 8, 10, 11, 12], &[7, 8, 8, 8, 9], &[1, 15, 16, 30]]
         {
-            assert_eq!(bridged(stamps), (stamps.to_vec(), Vec::new()));
+            let unchanged: Vec<_> = stamps.iter().copied().map(Some).collect();
+            assert_eq!(bridged(stamps), unchanged);
         }
     }
 
     #[test]
     fn single_jump_costs_one_sample_in_either_direction() {
         for jump in [500, 200, 130, 60, 0] {
-            let stamps = [100, 101, jump, 103, 104, 105];
-            assert_eq!(bridged(&stamps), ((100..106).collect(), [2].to_vec()), "{jump}");
+            let times = bridged(&[100, 101, jump, 103, 104]);
+            assert_eq!(times, [Some(100), Some(101), None, Some(103), Some(104)], "{jump}");
         }
     }
 
     #[test]
     fn small_jump_that_comes_back_goes_on() {
-        let (times, doubts) = bridged(&[100, 101, 107, 103, 104, 105]);
-        assert_eq!((times, doubts), ([100, 101, 107, 108, 109, 110].to_vec(), Vec::new()));
+        let times = bridged(&[100, 101, 107, 103, 104, 105]);
+        assert_eq!(times, [100, 101, 107, 108, 109, 110].map(Some));
     }
 
     #[test]
-    fn real_gap_arrives_one_sample_late() {
-        let (times, doubts) = bridged(&[100, 101, 200, 201, 202]);
-        assert_eq!((times, doubts), ([100, 101, 102, 201, 202].to_vec(), [2].to_vec()));
+    fn real_gap_costs_its_first_sample() {
+        let times = bridged(&[100, 101, 200, 201, 202]);
+        assert_eq!(times, [Some(100), Some(101), None, Some(201), Some(202)]);
     }
 
     #[test]
     fn clock_that_is_set_back_costs_one_sample() {
-        let (times, doubts) = bridged(&[900, 901, 5, 6, 7, 300, 9]);
-        assert_eq!(times, [900, 901, 902, 903, 904, 905, 906]);
-        assert_eq!(doubts, [2, 5]);
+        let times = bridged(&[900, 901, 5, 6, 7, 300, 9]);
+        assert_eq!(times[..3], [Some(900), Some(901), None]);
+        assert_eq!(times[3..], [Some(902), Some(903), None, Some(905)]);
     }
 
     #[test]
-    fn any_stamps_give_times_that_increase() {
+    fn samples_at_a_lower_rate_are_doubted_once() {
+        let times = bridged(&[0, 20, 40, 60, 80]);
+        assert_eq!(times, [Some(0), None, Some(40), Some(60), Some(80)]);
+    }
+
+    #[test]
+    fn clock_that_passes_its_end_goes_on() {
         let mut bridge = Bridge::new(Stream::KILOHERTZ);
-        let mut before = None;
+        let stamps = (0..6_u64).map(|sample| (u64::MAX - 2_500).wrapping_add(1_000 * sample));
+        for stamp in stamps.map(Timestamp::from_micros) {
+            assert_eq!(bridge.next(stamp), Some(stamp));
+        }
+    }
+
+    #[test]
+    fn any_other_stamp_is_later_or_in_doubt() {
+        let mut bridge = Bridge::new(Stream::KILOHERTZ);
+        let (mut stamp_before, mut time_before) = (None, None);
         let mut state = 1_u64;
+        let mut doubts = 0;
         for _ in 0..10_000 {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             // Near 0, anywhere, or near the others.
@@ -187,11 +222,54 @@ mod tests {
                 1 => state << 3,
                 _ => 1 << 40 | state >> 52,
             };
-            let time = bridge.next(Timestamp::from_micros(stamp)).timestamp;
-            let is_later = before.is_none_or(|before| time >= before);
-            assert!(is_later, "{before:?} {time:?}");
-            before = Some(time);
+            doubts += 1;
+            if let Some(time) = bridge.next(Timestamp::from_micros(stamp)) {
+                let time_us = time.as_micros();
+                let is_later = time_before.is_none_or(|before| later_by(time_us, before).is_some());
+                assert!(is_later || stamp_before == Some(stamp), "{stamp}: {time:?}");
+                time_before = Some(time_us);
+                doubts = 0;
+            }
+            assert!(doubts < 30, "{doubts} samples in doubt in a row");
+            stamp_before = Some(stamp);
         }
+    }
+
+    /// Orientation of a foot that turned at 5 rad/s one way and then the other, with a gap of 60 ms between.
+    fn orientation_after_a_gap(is_bridged: bool) -> Quaternion {
+        let config = Params::DEFAULT.validate().expect("the defaults");
+        let mut estimator = ContactEstimator::new(&config, Stream::KILOHERTZ);
+        let mut bridge = Bridge::new(Stream::KILOHERTZ);
+        let mut orientation = Quaternion::IDENTITY;
+        for ms in (0..3_100_u64).filter(|ms| !(3_021..3_080).contains(ms)) {
+            let angle = match ms {
+                0..3_000 => 0.0,
+                3_000..3_050 => 0.005 * (ms - 3_000) as f32,
+                _ => 0.25 - 0.005 * (ms - 3_050) as f32,
+            };
+            let rate = match ms {
+                0..3_000 => 0.0,
+                3_000..3_050 => 5.0,
+                _ => -5.0,
+            };
+            let stamp = Timestamp::from_micros(1_000 * ms);
+            let time = if is_bridged { bridge.next(stamp) } else { Some(stamp) };
+            let Some(timestamp) = time else { continue };
+            let force = [libm::sinf(angle), libm::cosf(angle)].map(|part| part * STANDARD_GRAVITY);
+            let specific_force = SpecificForce(Vec3::new(0.0, force[0], force[1]));
+            let angular_rate = AngularRate(Vec3::new(rate, 0.0, 0.0));
+            let sample =
+                ImuSample { timestamp, specific_force, angular_rate, ..ImuSample::default() };
+            orientation = estimator.update(&sample, None).orientation;
+        }
+        orientation
+    }
+
+    #[test]
+    fn turn_in_a_gap_is_guessed_as_without_the_bridge() {
+        let [bridged, as_stamped] = [true, false].map(orientation_after_a_gap);
+        let angle_rad = 2.0 * (bridged.x - as_stamped.x).abs();
+        assert!(angle_rad < 0.02, "{bridged:?} instead of {as_stamped:?}");
     }
 
     /// Share of samples at which a foot that stands is stable, if each 250th stamp jumps by 100 ms.
@@ -205,15 +283,12 @@ mod tests {
             let has_jump = sample % 250 == 249;
             let stamp = right_us.saturating_add_signed(if has_jump { jump_us } else { 0 });
             let stamp = Timestamp::from_micros(stamp);
-            let Bridged { timestamp, is_in_doubt } = if is_bridged {
-                bridge.next(stamp)
-            } else {
-                Bridged { timestamp: stamp, is_in_doubt: false }
-            };
+            let time = if is_bridged { bridge.next(stamp) } else { Some(stamp) };
+            let Some(timestamp) = time else { return false };
             let specific_force = SpecificForce(Vec3::new(0.0, 0.0, STANDARD_GRAVITY));
             let sample = ImuSample { timestamp, specific_force, ..ImuSample::default() };
             let estimate = estimator.update(&sample, None);
-            estimate.decision == Decision::Stable && !is_in_doubt
+            estimate.decision == Decision::Stable
         });
         stable.count() as f32 / 10_000.0
     }
