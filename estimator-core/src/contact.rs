@@ -504,6 +504,22 @@ mod tests {
     }
 
     #[test]
+    fn foot_without_noise_has_probability_one_for_ever() {
+        // What the estimator learnt of the motion fades into the smallest numbers.
+        let mut estimator = estimator(GRAVITY_FREE);
+        for ms in 0..60_000_u64 {
+            let push = if ms < 500 { 0.01 } else { 0.0 };
+            let sample = ImuSample {
+                timestamp: Timestamp::from_micros(1_000 * ms),
+                specific_force: SpecificForce(Vec3::new(push, 0.0, 0.0)),
+                ..ImuSample::default()
+            };
+            let stable = estimator.update(&sample, None).probabilities.stable;
+            assert!(ms < 1_000 || stable > 0.9, "{ms} ms: {stable}");
+        }
+    }
+
+    #[test]
     fn clock_set_back_costs_one_sample() {
         let mut estimator = rested(GRAVITY_FREE, 600);
         let flags = [5_000, 6_000, 7_000].map(|t| estimator.update(&at_rest(t), None).flags);

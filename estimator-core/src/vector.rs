@@ -5,7 +5,7 @@
 
 use core::ops::{Add, AddAssign, Mul, Neg, Sub};
 
-use crate::math::sqrt;
+use crate::math::{Order, sqrt};
 
 /// Three components along the axes of some frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -54,11 +54,13 @@ impl Vec3 {
         sqrt(self.dot(self))
     }
 
-    /// The vector, shortened to a length of `most`.
+    /// The vector, shortened to a length of `most`, unless it is shorter than 10⁻¹⁹.
     #[must_use]
     pub fn clipped(self, most: f32) -> Self {
         let square = self.dot(self);
-        if square > most * most { self * (most / sqrt(square)) } else { self }
+        // The root of a lesser number is 0.
+        let is_longer = square > (most * most).greater(f32::MIN_POSITIVE);
+        if is_longer { self * (most / sqrt(square)) } else { self }
     }
 
     /// The vector after a rotation by the small rotation vector `rotation`, rad, to first order.
@@ -258,6 +260,20 @@ mod tests {
 
     fn assert_close(actual: Vec3, expected: Vec3, tolerance: f32) {
         assert!((actual - expected).length() <= tolerance, "{actual:?} is not {expected:?}");
+    }
+
+    #[test]
+    fn vector_of_any_length_is_clipped_to_numbers() {
+        for exponent in -45..38 {
+            let length = 10.0_f32.powi(exponent);
+            for most in [0.0, 1.0e-30, 0.5] {
+                let clipped = Vec3::new(0.0, length, 0.0).clipped(most);
+                assert!(
+                    clipped.y <= (1.000_001 * most).max(1.1e-19),
+                    "{length} to {most}: {clipped:?}"
+                );
+            }
+        }
     }
 
     #[test]
