@@ -808,9 +808,9 @@ fn updates(result: &Stored) -> Result<String> {
     let mut table = Table::new(&[
         "",
         "disturbance",
-        "runs afterwards",
+        "program afterwards",
         "reason in 0x1F57",
-        "without contacts for",
+        "time without contacts",
     ]);
     for row in result.rows() {
         let program = match row.text("runs_afterwards")? {
@@ -857,11 +857,11 @@ fn update_corners(result: &Stored) -> Result<String> {
 fn recordings(result: &Stored) -> Result<String> {
     let mut table = Table::new(&[
         "recording",
-        "from",
-        "for",
-        "compared over the serial line",
-        "over CAN",
-        "that differ in a bit",
+        "start",
+        "duration",
+        "contacts compared, serial line",
+        "contacts compared, CAN",
+        "contacts that differ in a bit",
     ]);
     for row in result.rows() {
         table.row([
