@@ -122,7 +122,7 @@ pub(super) const FIELDS: [Field; 5] = [
             ),
             Signal::flag(
                 "Settling",
-                "The foot has not yet learnt enough of its stillness and motion; a few steps suffice.",
+                "The foot has not learnt enough of its stances and swings yet; a few steps suffice.",
             ),
             Signal::flag(
                 "Unproven",
@@ -168,7 +168,7 @@ pub(super) const FIELDS: [Field; 5] = [
             8,
             1.0,
             "",
-            "Moment of Clock: the SYNC with this counter, at most 200 ms ago; 0: the sample of the previous contact.",
+            "When Clock was read: at the SYNC with this counter, at most 200 ms ago; 0: at the sample of the previous contact.",
         )],
     )
     .doc("counter of the SYNC at which 2107:4 was read; 0: read at the newest sample"),
