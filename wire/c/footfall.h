@@ -251,7 +251,7 @@ struct footfall_flags {
     bool invalid_sample;
     /* More than 1.75 periods since the previous sample: one or more are missing. */
     bool time_gap;
-    /* The foot has not yet learnt enough of its stillness and motion; a few steps suffice. */
+    /* The foot has not learnt enough of its stances and swings yet; a few steps suffice. */
     bool settling;
     /* The foot hardly moves, but has neither rested nor landed for a stride. */
     bool unproven;
@@ -351,8 +351,8 @@ struct footfall_health {
     uint8_t error_register;
     /* Frames replaced by newer ones before they were sent on CAN or UART; wraps after 255. */
     uint8_t dropped;
-    /* Moment of Clock: the SYNC with this counter, at most 200 ms ago; 0: the sample of the
-     * previous contact. */
+    /* When Clock was read: at the SYNC with this counter, at most 200 ms ago; 0: at the sample of
+     * the previous contact. */
     uint8_t sync_counter;
     /* The foot's clock at the moment given by SyncCounter. Modulo 655.36 ms it is a Timestamp. */
     uint64_t clock_us;
