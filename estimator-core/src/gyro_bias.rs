@@ -20,7 +20,8 @@
 //! a bias by more than temperature does. Only a rest observes the part about the vertical.
 //!
 //! In a rest of half a second a shank can lean so slowly that its force shows nothing, at the rate of a bias. So after
-//! less than a second of rest the corrections are followed as well, while the foot certainly stands.
+//! less than a second of rest the corrections are followed as well, while the foot certainly stands. Not so if the
+//! inclination was lost after the rest: the corrections then find it again.
 //!
 //! # Large rates
 //!
@@ -148,6 +149,8 @@ pub(crate) struct BiasEstimator {
     error: Vec3,
     /// Time in which corrections still show no bias, s.
     uncounted: f32,
+    /// Whether a rest has found the inclination since it was last lost.
+    has_rested_since_loss: bool,
     /// Duration of corrections that lead beyond the largest followed bias, s.
     unfollowed: f32,
 }
@@ -166,6 +169,7 @@ impl BiasEstimator {
             excessive: 0.0,
             error: Vec3::ZERO,
             uncounted: 0.0,
+            has_rested_since_loss: false,
             unfollowed: 0.0,
         }
     }
@@ -234,6 +238,7 @@ impl BiasEstimator {
         self.rested = self.bias;
         self.source = Source::Rest;
         self.error = Vec3::ZERO;
+        self.has_rested_since_loss = true;
         self.unfollowed = 0.0;
         if distance_squared < GATE * GATE {
             self.opening = 0.0;
@@ -257,10 +262,16 @@ impl BiasEstimator {
         if self.error.dot(self.error) > CONTRADICTED * CONTRADICTED {
             self.source = Source::Corrections;
         }
+        let is_found = self.has_rested_since_loss || self.uncounted <= 0.0;
         let share = match self.source {
             Source::Corrections => 1.0 / CORRECTIONS_TIME_CONSTANT,
-            Source::Rest if stands && self.known < BRIEF_REST => 1.0 / STANDING_TIME_CONSTANT,
-            Source::Rest => return,
+            Source::Rest if stands && self.known < BRIEF_REST && is_found => {
+                1.0 / STANDING_TIME_CONSTANT
+            }
+            Source::Rest => {
+                self.unfollowed = 0.0;
+                return;
+            }
         };
         let limit = self.coefficients.limit;
         let shift = self.bias - turn * share - self.rested;
@@ -276,6 +287,7 @@ impl BiasEstimator {
     /// Forgets the error so far, and ignores corrections for [`FOUND_AFTER`], while the inclination is found again.
     pub(crate) const fn forget_corrections(&mut self) {
         self.error = Vec3::ZERO;
+        self.has_rested_since_loss = false;
         self.uncounted = FOUND_AFTER;
     }
 
@@ -609,6 +621,40 @@ mod tests {
             (0..4_000).for_each(|_| foot.bias.follow(foot.bias() * DT, DT, stands));
             assert_near(foot.bias().x / DEGREE, expected, 0.01);
         }
+    }
+
+    #[test]
+    fn correction_that_finds_lost_inclination_moves_no_brief_rest() {
+        let mut foot = foot();
+        feed(&mut foot, 0.5, 0.8);
+        foot.bias.forget_corrections();
+        let error = Vec3::new(-2.0 * DEGREE * DT, 0.0, 0.0);
+        (0..4_900).for_each(|_| foot.bias.follow(error, DT, true));
+        assert_near(foot.bias().x / DEGREE, 0.5, 0.01);
+        // Then the corrections show the bias again.
+        (0..4_100).for_each(|_| foot.bias.follow(foot.bias() * DT, DT, true));
+        assert_near(foot.bias().x / DEGREE, 0.07, 0.01);
+    }
+
+    #[test]
+    fn rest_after_a_loss_of_the_inclination_has_found_it() {
+        let mut foot = foot();
+        foot.bias.forget_corrections();
+        feed(&mut foot, 0.5, 0.8);
+        (0..4_000).for_each(|_| foot.bias.follow(foot.bias() * DT, DT, true));
+        assert_near(foot.bias().x / DEGREE, 0.07, 0.01);
+    }
+
+    #[test]
+    fn report_of_corrections_in_a_stance_ends_with_it() {
+        let mut foot = foot();
+        feed(&mut foot, 0.0, 0.8);
+        // Too slow to contradict the rest, and for so long that it leads beyond the limit.
+        let turn = Vec3::new(-0.58 * DEGREE * DT, 0.0, 0.0);
+        (0..30_000).for_each(|_| foot.bias.follow(turn, DT, true));
+        assert!(foot.excess().is_some());
+        foot.follow(Vec3::ZERO, DT);
+        assert_eq!(foot.excess(), None);
     }
 
     #[test]
