@@ -9,7 +9,7 @@
 //! | before it left the ground or rolled, it slid for [`SHORTEST_SWING_US`] | slip start; slip end and lift-off where it left the ground or rolled | touch-down |
 //! | the motion was unknown for [`SHORTEST_SWING_US`] | end of stance unknown | start of next stance unknown |
 //! | it slid, and did not roll for [`SHORTEST_SWING_US`] | slip start | slip end |
-//! | none of these: it sank, rocked or rolled | no event | no event |
+//! | none of these: it rose, sank, rocked or rolled | no event | no event |
 //!
 //! A foot has left the ground if its load is below the threshold ([`Phase::Swing`], [`Phase::QuietSwing`]);
 //! without a load, if the probability that it neither lifts nor tilts has fallen below [`LIFTED_BELOW`]. It slides
@@ -17,9 +17,13 @@
 //! before it is inclined by more than [`ROLLS_ABOVE`] against its stance. In every roll-off the heel of a shoe
 //! moves along the ground and the shoe turns about its toe, which is no slip.
 //!
-//! A foot that comes to rest has not slid if its turn explains the distance that it moved along the ground. A turn by
-//! θ moves a sensor by `LEVER_M` · θ if it is [`LEVER_M`] away from the point about which the foot turns. The shoe of
-//! a person who stands and sways moves by tenths of a millimetre that way.
+//! A slide moves along the ground. Without a load, a foot that rises or sinks by more than [`RISES_ABOVE_M`] therefore
+//! has not slid. The swing of a robot that walks slowly is so smooth that it does not count as lifting, and would be a slip
+//! otherwise.
+//!
+//! A foot that comes to rest has not slid if its turn explains the speed at which it moved along the ground. A turn at
+//! the rate ω moves a sensor at `LEVER_M` · ω if it is [`LEVER_M`] away from the point about which the foot turns. The
+//! shoe of a person who stands and sways moves that way, and so does the sensor on a shank that leans over its foot.
 //!
 //! A slip starts from stable contact, so a landing is not a slip. A foot may be loaded for [`SHORTEST_SWING_US`]
 //! without being stable at any time, for example if it slides from its landing until its lift-off. Then it has neither
@@ -215,7 +219,7 @@ impl Events {
     /// Ends a stretch: the decision is "stable" again at `now`, or the recording ends.
     fn end(&mut self, unstable: &Unstable, now: Option<Timestamp>) {
         let stood = unstable.stood();
-        let verdict = unstable.verdict();
+        let verdict = unstable.verdict(now.is_some());
         let slides = matches!(verdict, Verdict::Slip | Verdict::Swing { slip: true, .. });
         let before = self.paused.take();
         // A slide that continues is one slip; any other motion leaves the slip before it as it was.
@@ -245,7 +249,9 @@ impl Events {
                 let slip = before.map_or(*unstable, |paused| paused.so_far);
                 match now {
                     Some(end) => self.paused = Some(Paused { slip, end, so_far: slip }),
-                    None => self.slip_starts(&slip, None, None),
+                    None if slip.has_load || slip.lasts() => self.slip_starts(&slip, None, None),
+                    // Without a load, a recording that ends so soon may end in a lift-off as well.
+                    None => before.iter().for_each(|paused| self.slip_ends(paused)),
                 }
             }
             Verdict::Slip | Verdict::Neither => {}
@@ -372,6 +378,13 @@ pub const ROLLS_ABOVE: f64 = 0.0175;
 /// [`VelocityParams::lever`].
 pub const LEVER_M: f64 = VelocityParams::DEFAULT.lever as f64;
 
+/// Height by which a foot of unknown load rises or sinks if it does not slide, m. Simulated slides rise by 0.7 mm at
+/// most until the foot peels off, whereas swings of a TALOS and a NAO rise by 3 to 50 mm.
+pub const RISES_ABOVE_M: f64 = 0.002;
+
+/// Peak of a slide's speed over its root mean square, if the foot begins and ends at rest with the least jerk.
+const PEAK: f64 = 1.57;
+
 /// Flags of samples in which the motion of the foot is unknown.
 const MOTION_UNKNOWN: [Flag; 5] = [
     Flag::WindowNotFull,
@@ -404,14 +417,12 @@ struct Unstable {
     /// Start of the time without load, and of lifting or tilting.
     unloaded: Option<Timestamp>,
     lifted: Option<Timestamp>,
+    /// Start of rising or sinking by more than [`RISES_ABOVE_M`].
+    rose: Option<Timestamp>,
     /// Start of rolling about the toe or heel.
     rolled: Option<Timestamp>,
     /// Whether it slid before it rolled.
     slid: bool,
-    /// Greatest inclination against its stance, rad.
-    inclination: f64,
-    /// Greatest distance along the ground since the last stable sample, m.
-    moved_m: f64,
     unknown_us: u64,
     last_unknown: Option<Timestamp>,
     /// Motion since the last stable sample; `None` if there was none.
@@ -473,11 +484,11 @@ impl Unstable {
                 self.lifted.get_or_insert(now);
             }
             if let Some(reckoning) = self.reckoning {
-                let inclination = reckoning.tilt(estimate);
-                self.inclination = self.inclination.max(inclination);
-                self.moved_m = self.moved_m.max(reckoning.farthest());
-                if inclination > ROLLS_ABOVE {
+                if reckoning.tilt(estimate) > ROLLS_ABOVE {
                     self.rolled.get_or_insert(now);
+                }
+                if reckoning.rise() > RISES_ABOVE_M {
+                    self.rose.get_or_insert(now);
                 }
             }
             self.slid |=
@@ -505,33 +516,47 @@ impl Unstable {
         self.reckoning?.distance_to_rest()
     }
 
-    /// Time at which it lost its load, lifted or began to roll, whichever was first.
+    /// Time at which it lost its load, lifted, rose or began to roll, whichever was first.
     fn left_ground(&self) -> Option<Timestamp> {
-        let times = [self.unloaded, self.lifted, self.rolled].into_iter();
+        let times = [self.unloaded, self.lifted, self.risen(), self.rolled].into_iter();
         times.flatten().min_by_key(|time| time.as_micros())
     }
 
-    /// Returns whether its turn explains how far the foot moved. The distance is unknown if samples are missing, or the
-    /// acceleration, as of recorded contacts.
-    fn only_turned(&self) -> bool {
-        self.reckoning.is_some_and(|reckoning| reckoning.distance().is_some())
-            && self.moved_m < LEVER_M * self.inclination
+    /// Returns whether it lasts as long as a swing.
+    fn lasts(&self) -> bool {
+        self.lasts_until(self.newest)
     }
 
-    /// Verdict on the stretch if it ends here.
-    fn verdict(&self) -> Verdict {
-        let lasted = |from: Timestamp, to: Timestamp| {
-            to.micros_since(from).is_some_and(|us| us >= SHORTEST_SWING_US)
-        };
+    /// Returns whether it lasts until then as long as a swing.
+    fn lasts_until(&self, end: Timestamp) -> bool {
+        end.micros_since(self.start).is_some_and(|us| us >= SHORTEST_SWING_US)
+    }
+
+    /// Start of rising or sinking. With a load it is not needed, because the load shows whether the foot is on the ground.
+    fn risen(&self) -> Option<Timestamp> {
+        self.rose.filter(|_| !self.has_load)
+    }
+
+    /// Returns whether its turn explains how fast the foot moved, if it ends at rest or not. The speed is unknown if
+    /// samples are missing, or the acceleration, as of recorded contacts.
+    fn only_turned(&self, rests: bool) -> bool {
+        self.reckoning.is_some_and(|reckoning| reckoning.only_turned(rests))
+    }
+
+    /// Verdict on the stretch if it ends here, at rest or not.
+    fn verdict(&self, rests: bool) -> Verdict {
         let has_swung = if self.has_load { self.unloaded.is_some() } else { self.lifted.is_some() };
-        let slid_until = |end: Timestamp| self.slid && lasted(self.start, end);
+        let slid_until = |end: Timestamp| self.slid && self.lasts_until(end);
         match self.left_ground().filter(|_| has_swung) {
-            Some(left) if lasted(self.start, self.newest) => {
+            Some(left) if self.lasts() => {
                 let slip = slid_until(left);
                 Verdict::Swing { lift_off: if slip { left } else { self.start }, slip }
             }
             _ if self.unknown_us >= SHORTEST_SWING_US => Verdict::Unknown,
-            _ if self.rolled.map_or(self.slid, slid_until) && !self.only_turned() => Verdict::Slip,
+            _ if self.risen().is_some() => Verdict::Neither,
+            _ if self.rolled.map_or(self.slid, slid_until) && !self.only_turned(rests) => {
+                Verdict::Slip
+            }
             _ => Verdict::Neither,
         }
     }
@@ -603,6 +628,12 @@ struct Reckoning {
     velocity: Vector,
     /// Position, m.
     position: Vector,
+    /// Integral of the square of the speed along the ground, m²/s.
+    squares: f64,
+    /// Integral of the time since the start times the velocity, m.
+    moment: Vector,
+    /// Integral of the rate of turn, rad.
+    turned: f64,
     is_sound: bool,
 }
 
@@ -616,6 +647,9 @@ impl Reckoning {
             acceleration: in_world(estimate),
             velocity: Vector::default(),
             position: Vector::default(),
+            squares: 0.0,
+            moment: Vector::default(),
+            turned: 0.0,
             is_sound: true,
         }
     }
@@ -624,18 +658,22 @@ impl Reckoning {
     fn add(&mut self, estimate: &ContactEstimate) {
         let step = estimate.timestamp.micros_since(self.now);
         let acceleration = in_world(estimate);
+        self.now = estimate.timestamp;
         match step {
             Some(micros) if micros <= LONGEST_STEP_US => {
                 let seconds = micros as f64 / 1.0e6;
                 let change = (self.acceleration + acceleration) * (0.5 * seconds);
                 self.position = self.position + self.velocity * seconds + change * (0.5 * seconds);
                 self.velocity = self.velocity + change;
+                let Vector { x, y, .. } = self.velocity;
+                self.squares += (x * x + y * y) * seconds;
+                self.moment = self.moment + self.velocity * (self.seconds() * seconds);
+                self.turned += f64::from(estimate.angular_rate.0.length()) * seconds;
             }
             _ => self.is_sound = false,
         }
         self.is_sound &= !UNSOUND.iter().any(|flag| estimate.flags.contains(*flag));
         self.acceleration = acceleration;
-        self.now = estimate.timestamp;
     }
 
     /// Inclination of the foot against its stance, rad; 0 to π.
@@ -646,8 +684,7 @@ impl Reckoning {
     /// Distance along the ground of a foot that now stands again, m. The remaining speed is an error that is assumed to
     /// have grown linearly, and is removed. `None` if a sample was missing or doubtful.
     fn distance_to_rest(&self) -> Option<f64> {
-        let seconds = self.now.micros_since(self.start)? as f64 / 1.0e6;
-        self.along_ground(self.position - self.velocity * (0.5 * seconds))
+        self.along_ground(self.position - self.velocity * (0.5 * self.seconds()))
     }
 
     /// Distance along the ground of a foot that still moves, m.
@@ -655,10 +692,32 @@ impl Reckoning {
         self.along_ground(self.position)
     }
 
-    /// Distance along the ground, m, of a foot that may stand or move: the larger one; 0 if it is unknown.
-    fn farthest(&self) -> f64 {
-        let distances = [self.distance(), self.distance_to_rest()];
-        distances.into_iter().flatten().fold(0.0, f64::max)
+    /// Height by which the foot has risen or sunk, m, whether it stands now or still moves: the smaller one, so that a
+    /// constant error of the acceleration does not count; 0 if it is unknown.
+    fn rise(&self) -> f64 {
+        let moving = self.position.z.abs();
+        let standing = (self.position.z - self.velocity.z * (0.5 * self.seconds())).abs();
+        if self.is_sound { moving.min(standing) } else { 0.0 }
+    }
+
+    /// Returns whether the turn explains the speed along the ground. If the foot rests now, the remaining speed is an error
+    /// and is removed, as for the distance. `false` if the speed is unknown.
+    fn only_turned(&self, rests: bool) -> bool {
+        let seconds = self.seconds();
+        let Vector { x, y, .. } = self.velocity;
+        let error = Vector::new(x, y, 0.0);
+        // ∫ |v − error · t/T|² dt
+        let removed = error.dot(error) * (seconds / 3.0) - error.dot(self.moment) * (2.0 / seconds);
+        let squares = self.squares + if rests { removed } else { 0.0 };
+        let turn = LEVER_M * self.turned / seconds;
+        let is_known = self.is_sound && squares.is_finite();
+        // Rounding may leave a slightly negative square.
+        is_known && PEAK * PEAK * squares.max(0.0) < turn * turn * seconds
+    }
+
+    /// Time since the start, s.
+    fn seconds(&self) -> f64 {
+        self.now.micros_since(self.start).unwrap_or(0) as f64 / 1.0e6
     }
 
     fn along_ground(&self, Vector { x, y, .. }: Vector) -> Option<f64> {
@@ -685,7 +744,9 @@ fn rotation(estimate: &ContactEstimate) -> Rotation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use estimator_core::{Flag, Flags, LinearAcceleration, Phase, Probabilities, Quaternion, Vec3};
+    use estimator_core::{
+        AngularRate, Flag, Flags, LinearAcceleration, Phase, Probabilities, Quaternion, Vec3,
+    };
 
     /// Estimate of a foot that does this:
     ///
@@ -695,8 +756,9 @@ mod tests {
     /// | `f`, `F` | swings; with a load signal |
     /// | `a`, `b`, `+`, `-`, `L` | slides with 1, 2, 2.5 or −1.5 m/s², with 1 m/s² and a load |
     /// | `c` | slides with −2 m/s² |
-    /// | `w` | sways: the sensor moves along the ground with 1 m/s², and the foot is inclined by 0.5° |
+    /// | `w`, `W` | sways: the sensor moves along the ground with 1 or −1 m/s², and the foot turns at 0.3 rad/s |
     /// | `u` | the same, with an unknown acceleration |
+    /// | `^`, `_` | slides and rises with 1 m/s² each; with −1 m/s² each |
     /// | `r` | rolls about its toe: the sensor moves along the ground, and the foot is inclined by 5° |
     /// | `v` | moves up and down on the spot |
     /// | `h`, `H` | moves unseen: the samples are unusable; with a load |
@@ -705,7 +767,8 @@ mod tests {
             's' => (Phase::Unknown, [0.95, 1.0, 1.0], 0.0),
             'f' => (Phase::Unknown, [0.0; 3], 5.0),
             'F' => (Phase::Swing, [0.0; 3], 5.0),
-            'a' | 'r' | 'w' => (Phase::Unknown, [0.1, 0.1, 0.9], 1.0),
+            'a' | 'r' | 'w' | '^' => (Phase::Unknown, [0.1, 0.1, 0.9], 1.0),
+            'W' | '_' => (Phase::Unknown, [0.1, 0.1, 0.9], -1.0),
             'u' => (Phase::Unknown, [0.1, 0.1, 0.9], f32::NAN),
             'b' => (Phase::Unknown, [0.1, 0.1, 0.9], 2.0),
             'c' => (Phase::Unknown, [0.1, 0.1, 0.9], -2.0),
@@ -717,6 +780,12 @@ mod tests {
             'H' => (Phase::Slip, [0.0; 3], 0.0),
             _ => panic!("{does}"),
         };
+        let rise = match does {
+            '^' => 1.0,
+            '_' => -1.0,
+            _ => 0.3,
+        };
+        let turn = if matches!(does, 'u' | 'w' | 'W') { 0.3 } else { 0.0 };
         ContactEstimate {
             timestamp: Timestamp::from_micros(1000 * ms),
             probabilities: Probabilities {
@@ -736,10 +805,10 @@ mod tests {
             },
             orientation: match does {
                 'r' => Quaternion { w: 0.99905, x: 0.0, y: 0.04362, z: 0.0 },
-                'u' | 'w' => Quaternion { w: 0.99999, x: 0.0, y: 0.00436, z: 0.0 },
                 _ => Quaternion::IDENTITY,
             },
-            linear_acceleration: LinearAcceleration(Vec3::new(0.6 * along, 0.8 * along, 0.3)),
+            linear_acceleration: LinearAcceleration(Vec3::new(0.6 * along, 0.8 * along, rise)),
+            angular_rate: AngularRate(Vec3::new(0.0, turn, 0.0)),
             ..ContactEstimate::default()
         }
     }
@@ -813,7 +882,7 @@ mod tests {
             ),
             (
                 "it slides, and turns on the spot",
-                "100s 50a 20s 30w 100s",
+                "100s 50a 20s 15w 15W 100s",
                 "slip_start 100 50, slip_end 150 50",
             ),
             (
@@ -827,15 +896,25 @@ mod tests {
                 "slip_start 100 80, slip_end 180 80, lift_off 190, touch_down 490",
             ),
             ("the recording ends in a slide", "100s 50a 20s 50a", "slip_start 100"),
+            ("the recording ends in a slide or a lift-off", "100s 50a", ""),
+            ("the recording ends in a short slide under load", "100s 50L", "slip_start 100"),
+            (
+                "the recording ends after a slide, in another or a lift-off",
+                "100s 30a 20s 30a",
+                "slip_start 100 30, slip_end 130 30",
+            ),
             (
                 "the recording ends after a slide",
                 "100s 50a 20s",
                 "slip_start 100 50, slip_end 150 50",
             ),
             ("a short slide", "100s 40a 100s", "slip_start 100 40, slip_end 140 40"),
-            ("it sways on the spot", "100s 40w 100s", ""),
+            ("it sways on the spot", "100s 20w 20W 100s", ""),
+            ("it sways with an offset of the acceleration", "100s 40w 100s", ""),
+            ("it rises and sinks, as in a smooth swing", "100s 80^ 80_ 100s", ""),
+            ("it slides, rises and sinks", "100s 100a 100c 80^ 80_ 100s", ""),
             ("it moves an unknown distance", "100s 40u 100s", "slip_start 100 40, slip_end 140 40"),
-            ("it slides and sways", "100s 80w 100s", "slip_start 100 80, slip_end 180 80"),
+            ("it slides and sways", "100s 60w 60W 100s", "slip_start 100 120, slip_end 220 120"),
             ("it rocks about its toe", "100s 30a 120r 100s", ""),
             (
                 "it rolls off about its toe",
