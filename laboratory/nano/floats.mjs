@@ -32,7 +32,8 @@ function functions(elf) {
 }
 
 const silent = { write: () => true, read: (_, count) => Array(count).fill(0), int1: () => ({ high: false, next: Infinity }), inject: () => {} };
-const board = new Board({ image: readFileSync(options.uf2), part: silent, flashKind: 'at25sf128a' });
+const uniqueId = new Uint8Array(8);
+const board = new Board({ image: readFileSync(options.uf2), part: silent, flashKind: 'at25sf128a', uniqueId });
 // The program copies itself to RAM.
 board.run(0.5e9);
 const { core } = board.chip;
