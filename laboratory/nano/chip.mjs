@@ -76,9 +76,10 @@ class Ssi extends Registers {
     if (this.sent === 0) [this.command, this.reply] = [value & 0xff, this.flashChip.answer(value & 0xff)];
     if (isRead) {
       if (this.sent) this.flashChip.start(this.command, value & 0xff);
-      // As many bytes as the controller clocks. After the chip's last one its output floats, which reads as ones.
-      this.answers = Array.from({ length: (this.values[CTRLR1] ?? 0) + 1 }, (_, at) => this.reply[at] ?? 0xff);
-    } else this.answers.push(this.sent ? (this.reply[this.sent - 1] ?? 0) : 0);
+      // As many bytes as the controller clocks. After the chip's last one its output floats.
+      const length = (this.values[CTRLR1] ?? 0) + 1;
+      this.answers = Array.from({ length }, (_, at) => this.reply[at] ?? this.flashChip.floating());
+    } else this.answers.push(this.sent ? (this.reply[this.sent - 1] ?? this.flashChip.floating()) : 0);
     this.sent += 1;
   }
 }

@@ -29,6 +29,7 @@ const QUAD_READ = 0xeb;
 export class FlashChip {
   /** Whether reads of the flash's address range are answered. */
   isMapped = false;
+  noise = 1;
 
   constructor(kind, uniqueId) {
     this.kind = KINDS[kind];
@@ -36,13 +37,19 @@ export class FlashChip {
     this.uniqueId = uniqueId;
   }
 
-  /** Bytes that the chip sends after a command. Without an answer its output floats, which reads as ones. */
+  /** Bytes that the chip sends after a command. An unknown command reads as ones. */
   answer(command) {
     const { identity, registers } = this.kind;
     if (command === READ_IDENTITY) return identity;
     if (command === READ_UNIQUE_ID) return [0, 0, 0, 0, ...this.uniqueId];
     if (command in registers) return [registers[command]];
     return [0xff];
+  }
+
+  /** A byte of an output that floats, which can be any. */
+  floating() {
+    this.noise = (Math.imul(this.noise, 1_664_525) + 1_013_904_223) >>> 0;
+    return this.noise >>> 24;
   }
 
   /** A quad read starts, with mode bits after its address. */

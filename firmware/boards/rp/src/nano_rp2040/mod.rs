@@ -75,12 +75,17 @@ pub fn clocks() -> ClockConfig {
     ClockConfig::system_freq(CLOCK_HZ).unwrap_or_else(|_| ClockConfig::crystal(12_000_000))
 }
 
-/// Identifier of the flash chip. An IS25LP128F sends 16 bytes. An AT25SF128A sends eight, and nothing after
-/// them.
+/// Manufacturer of the flash chips with an identifier of 16 bytes, by JEDEC: ISSI.
+const ISSI: u8 = 0x9D;
+
+/// Identifier of the flash chip. An IS25LP128F sends 16 bytes. Any other chip, such as an AT25SF128A, counts as one that
+/// sends eight: its output floats afterwards, so what is read there can change from one start to the next.
 pub fn identifier(flash: &mut SettingsFlash) -> [u8; 16] {
     let mut id = [0; 16];
+    let [_, manufacturer, ..] = flash.0.blocking_jedec_id().unwrap_or(0).to_be_bytes();
+    let length = if manufacturer == ISSI { 16 } else { 8 };
     // Zeros identify a board whose chip does not answer.
-    let _ = flash.0.blocking_unique_id(&mut id);
+    let _ = flash.0.blocking_unique_id(id.get_mut(..length).unwrap_or_default());
     id
 }
 
@@ -88,7 +93,8 @@ pub fn identifier(flash: &mut SettingsFlash) -> [u8; 16] {
 /// (raspberrypi/pico-sdk#1641).
 pub fn unique_id(id: &[u8; 16]) -> [u8; 8] {
     let [first, second] = *id.as_chunks::<8>().0 else { return [0; 8] };
-    if second == first || second == [0; 8] || second == [0xFF; 8] {
+    // Equal halves would give each board the number 0.
+    if second == first {
         return first;
     }
     (u64::from_ne_bytes(first) ^ u64::from_ne_bytes(second)).to_ne_bytes()
