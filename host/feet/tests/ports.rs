@@ -14,6 +14,8 @@ use feet::decode::live::{FootMessage, LiveDecoder, MessageBody};
 use feet::feed::FeedEvent;
 use feet::link::serial::{SlcanParser, SlcanWord};
 use feet::{Feed, LineSource, Sending, Session, Source};
+use rustix::fs::{Mode, OFlags, open};
+use rustix::io::ioctl_fionread;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use simulated_robot::{DemoLine, Robot};
@@ -125,6 +127,43 @@ fn foot_on_a_serial_port_streams_and_responds() {
         Some(MessageBody::Answer(answer)) => assert!(matches!(answer.answer, Answer::Value(_))),
         other => panic!("{other:?}"),
     }
+}
+
+/// A board on USB keeps a packet that the program before has not taken when it ended.
+#[test]
+fn contact_from_before_the_port_was_opened_is_not_heard() {
+    use estimator_core::{ContactEstimate, Timestamp};
+    use wire::Faults;
+    use wire::uart::{ContactMessage, Message, encode};
+
+    let contact = |sequence: u16| {
+        let timestamp = Timestamp::from_micros(1_000 * u64::from(sequence));
+        let estimate = ContactEstimate { timestamp, ..ContactEstimate::default() };
+        encode(sequence, &Message::Contact(ContactMessage::new(&estimate, Faults::NONE)))
+    };
+    let (ours, name) = terminal();
+    let mut board = File::from(ours);
+    board.write_all(contact(1).as_bytes()).expect("sent");
+    let system = open(&name, OFlags::RDWR | OFlags::NOCTTY, Mode::empty()).expect("opened");
+    while ioctl_fionread(&system).expect("a count") == 0 {
+        thread::sleep(Duration::from_millis(1));
+    }
+    let feed = Feed::open(source(&format!("uart:{name}")));
+    thread::spawn(move || {
+        for sequence in 20_000..u16::MAX {
+            if board.write_all(contact(sequence).as_bytes()).is_err() {
+                return;
+            }
+            thread::sleep(Duration::from_millis(1));
+        }
+    });
+    let heard = listen(&feed, |heard| contacts(heard) >= 5);
+    let rows = heard.iter().filter_map(|heard| match &heard.body {
+        MessageBody::Contact(row) => Some(row),
+        _ => None,
+    });
+    let rows: Vec<_> = rows.map(|row| (row.sequence >= 20_000, row.missing)).collect();
+    assert!(rows.iter().all(|row| *row == (true, 0)), "{rows:?}");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use std::io;
 use std::sync::Arc;
+use std::thread;
 use std::time::Duration;
 
 use serial2::SerialPort;
@@ -14,6 +15,9 @@ pub(super) use lock_step::is_in_lock_step;
 
 /// Timeout of a write.
 const WRITE_TIMEOUT: Duration = Duration::from_millis(500);
+
+/// Time in which a board on USB hands over what it had ready for an earlier program: some frames of the bus.
+const LEFT_OVER: Duration = Duration::from_millis(10);
 
 /// Maximum size of one read, bytes.
 const PIECE: usize = 4096;
@@ -87,6 +91,10 @@ impl PortDevice {
         // Windows leaves DTR low, and a foot on USB sends only while it is high. An error is ignored, as some adapters lack
         // this line.
         let _ = port.set_dtr(true);
+        // A board on USB keeps a packet that an earlier program has not taken. Its contacts would be old, and those since
+        // then would count as missing.
+        thread::sleep(LEFT_OVER);
+        let _ = port.discard_input_buffer();
         Ok(Self::Serial(port))
     }
 }
