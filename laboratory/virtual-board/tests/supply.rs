@@ -105,6 +105,28 @@ fn the_brown_out_level_is_raised_on_request() {
     assert_eq!(rig.resets().len(), resets + 1);
 }
 
+/// The register of the option bytes holds what was written to it, even if the flash has not taken that.
+#[test]
+fn refused_option_bytes_are_an_error_each_time() {
+    let elf = product();
+    let mut rig = board(&elf, 1);
+    rig.run(300);
+    rig.pre_operational();
+    let set = |rig: &mut Rig| rig.write(index::SUPPLY, 2, SIGNATURE_BROWN_OUT);
+    rig.board.cpu().machine().chip.flash.refuses_option_bytes = true;
+    for time in 0..2 {
+        let answer = set(&mut rig);
+        assert_eq!((answer[0], &answer[4..]), (0x80, &HARDWARE[..]), "time {time}");
+        rig.run(100);
+        assert_eq!(level(&mut rig), 1, "time {time}");
+    }
+    rig.board.cpu().machine().chip.flash.refuses_option_bytes = false;
+    assert_eq!(set(&mut rig)[0], WRITTEN);
+    rig.inject(Injection::BrownOut);
+    rig.run(300);
+    assert_eq!(level(&mut rig), 3);
+}
+
 #[test]
 fn a_store_below_2_7_v_is_refused_and_reported() {
     let elf = product();

@@ -103,6 +103,8 @@ pub struct FlashRegisters {
     pub bad_cell: Option<u32>,
     /// Time to program the option bytes, ms; `None` for the time of the sector that holds them.
     pub option_bytes_ms: Option<u32>,
+    /// Whether the flash keeps its option bytes and reports an error, instead of programming them.
+    pub refuses_option_bytes: bool,
     /// Duration for which the core is stalled at its next access to a peripheral, in units of
     /// [`time`](crate::emulator::time).
     pub stall: u64,
@@ -264,7 +266,9 @@ impl FlashRegisters {
             0x14 if self.option_control & OPTLOCK != 0 => {}
             0x14 => {
                 self.option_control = value & 0x0FFF_FFED;
-                if value & OPTSTRT != 0 {
+                if value & OPTSTRT != 0 && self.refuses_option_bytes {
+                    self.status |= WRPERR;
+                } else if value & OPTSTRT != 0 {
                     self.check_supply()?;
                     let ms = self.option_bytes_ms.unwrap_or_else(|| self.erase_ms(16));
                     let cut = self.operate(now, from_us(u64::from(ms) * 1000));
