@@ -51,6 +51,33 @@ pub fn assert_block(file: &str, name: &str, content: &str) {
     assert_current(&path, &expected.unwrap_or_else(|| panic!("{file} has no block `{name}`")));
 }
 
+/// Checks that the block `report` of a Markdown file has the report of a foot, apart from its numbers and its version: the
+/// numbers of a program and of its costs change with the program.
+///
+/// # Panics
+/// As [`assert_block`].
+pub fn assert_report(file: &str, report: &str) {
+    let page = fs::read_to_string(workspace().join(file)).expect("the file can be read");
+    let block = format!("```text\n{report}```\n");
+    let is_shown = page.contains("<!-- begin report -->")
+        && without_numbers(&page).contains(&without_numbers(&block));
+    if !is_shown {
+        assert_block(file, "report", &block);
+    }
+}
+
+/// A report with `#` for each number, and without the line of its version.
+fn without_numbers(report: &str) -> String {
+    let mut shape = String::new();
+    let lines = report.split_inclusive('\n').filter(|line| !line.starts_with("version "));
+    let report: String = lines.collect();
+    for word in report.split_inclusive(|letter: char| !letter.is_ascii_alphanumeric()) {
+        let is_number = word.contains(|letter: char| letter.is_ascii_digit());
+        shape.push_str(if is_number { "#" } else { word });
+    }
+    shape
+}
+
 /// Replaces the text between the lines `<!-- begin NAME -->` and `<!-- end NAME -->` of a Markdown text. `None` if the
 /// text has no such block.
 fn with_block(text: &str, name: &str, content: &str) -> Option<String> {

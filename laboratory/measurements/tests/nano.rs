@@ -10,6 +10,7 @@ use std::sync::OnceLock;
 
 use estimator_core::{ContactEstimator, Decision, Gravity, Stream};
 use firmware::float;
+use host_tests::committed::assert_report;
 use host_tests::one_robot::{FEET, OneRobot};
 use lsm6dsox::imu::missing_sample;
 use results::{Measurement, rounded};
@@ -372,19 +373,23 @@ fn nano_starts_from_both_kinds_of_flash() {
     }
 }
 
-/// As in a family of IS25LP chips, whose identifiers of 16 bytes differ only in their second half.
+/// As in a family of IS25LP chips, whose identifiers of 16 bytes differ only in their second half. An AT25SF128A has eight
+/// bytes, and nothing that follows them becomes part of the serial number.
 #[test]
 #[ignore = "full: an emulator of the chip"]
 fn nanos_with_equal_first_halves_of_their_ids_are_two_feet() {
-    let serial = |id: &str| {
+    let serial = |chip: &str, id: &str| {
         let folder = TempDir::new().expect("a folder");
-        let run = board(&folder, 1, &["--flash-chip", "is25lp128f", "--unique-id", id]);
+        let run = board(&folder, 1, &["--flash-chip", chip, "--unique-id", id]);
         run.summary["usb"]["serial"].as_str().expect("a serial number").to_owned()
     };
-    assert_eq!(serial("9d60180102030405"), "9D60180102030405", "of eight bytes");
-    assert_eq!(serial("9d601801020304059d60180102030405"), "9D60180102030405", "repeated");
-    let first = serial("9d601801020304050000000000001234");
-    let second = serial("9d601801020304050000000000001235");
+    for what_follows in ["", "9d60180102030405", "00000000000000ff"] {
+        let id = format!("9d60180102030405{what_follows}");
+        assert_eq!(serial("at25sf128a", &id), "9D60180102030405", "{id}");
+    }
+    assert_eq!(serial("is25lp128f", "9d601801020304059d60180102030405"), "9D60180102030405");
+    let first = serial("is25lp128f", "9d601801020304050000000000001234");
+    let second = serial("is25lp128f", "9d601801020304050000000000001235");
     assert_eq!((&*first, &*second), ("9D60180102031631", "9D60180102031630"));
 }
 
@@ -673,4 +678,34 @@ fn nano_streams_each_time_its_port_is_opened() {
         assert!(lines.contains("417 Hz") && lines.contains("missing 0"), "{lines}{said}");
     }
     boards.end();
+}
+
+/// After a time in which the whole stack has been searched.
+#[test]
+#[ignore = "full: an emulator of the chip"]
+fn report_of_a_nano_is_the_one_on_its_page() {
+    let boards = Boards::start(&["FL"], &["--motion", "stand"]);
+    let (program, folder) = (footfall(), TempDir::new().expect("a folder"));
+    let source = boards.source("FL");
+    let robot = robot(&program, folder.path(), slice::from_ref(&source));
+    let (watched, said) = robot.footfall(&["monitor", &source, "--seconds", "20"]);
+    assert!(watched.contains("417 Hz"), "{watched}{said}");
+    let (report, _) = robot.footfall(&["foot", &source, "report"]);
+    boards.end();
+    for line in [
+        "device   footfall, Arduino Nano RP2040 Connect, serial number 0x",
+        "faults   none",
+        "crash    none",
+        "reset    power-up",
+        "clock    133000 kHz",
+        "chip     50443415 4B210700",
+        "sensor   WHO_AM_I 0x6C",
+        "bus      200 kHz 0 errors, 300 kHz 0 errors, 400 kHz (in use) 0 errors",
+        "settings none",
+    ] {
+        let has = report.lines().any(|other| other.starts_with(line));
+        assert!(has, "no line {line:?} in\n{report}");
+    }
+    assert!(!report.contains("stack 0 bytes"), "{report}");
+    assert_report("docs/start/ten-minutes.md", &report);
 }

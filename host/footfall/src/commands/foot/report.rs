@@ -137,7 +137,13 @@ impl FootReport {
             }
             None => line("board", "unknown: its program is older than object 0x2117"),
         }
-        line("supply", &format!("brown-out level {}", self.brown_out_level));
+        line(
+            "supply",
+            &match self.brown_out_level {
+                0 => "no brown-out level".to_owned(),
+                level => format!("brown-out level {level}"),
+            },
+        );
         line(
             "costs",
             &format!(
