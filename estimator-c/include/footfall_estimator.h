@@ -178,9 +178,10 @@ footfall_error footfall_estimator_update(footfall_estimator *estimator, const fo
 /* Spreads the timestamps of samples that were read at once, such as from a sensor's FIFO. The oldest sample comes first.
  * Set the timestamp of the last one; the function writes the others. Then update with each. Of samples with the
  * same timestamp all but one are invalid. The timestamps are evenly spaced between the previous newest sample and this
- * one, or one period apart in the first read and after a gap. `count` is 0 to FOOTFALL_MOST_SAMPLES. */
+ * one, or one period apart in the first read and after a gap. If the time of a read jumps, all of its samples are
+ * invalid. `count` is 0 to FOOTFALL_MOST_SAMPLES. */
 #define FOOTFALL_MOST_SAMPLES 4096
-footfall_error footfall_estimator_spread_timestamps(const footfall_estimator *estimator, footfall_sample *samples,
+footfall_error footfall_estimator_spread_timestamps(footfall_estimator *estimator, footfall_sample *samples,
                                                     size_t count);
 
 /* Returns FOOTFALL_ERROR_UNIT if no foot can have the forces of the last half second, because they are in g or mg, or of

@@ -156,7 +156,7 @@ pub unsafe extern "C" fn footfall_estimator_update(
 /// As the header says: `estimator` is NULL or points to one, `samples` is NULL or points to `count` samples.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn footfall_estimator_spread_timestamps(
-    estimator: *const Estimator,
+    estimator: *mut Estimator,
     samples: *mut CSample,
     count: usize,
 ) -> i32 {
@@ -168,8 +168,8 @@ pub unsafe extern "C" fn footfall_estimator_spread_timestamps(
         }
         // SAFETY: Checked, and by the header's terms `count` samples that nothing else uses.
         let samples = unsafe { slice::from_raw_parts_mut(samples, count) };
-        // SAFETY: Checked, and initialised.
-        unsafe { &*estimator }.spread_timestamps(samples);
+        // SAFETY: Checked, initialised, and by the header's terms not in use elsewhere.
+        unsafe { &mut *estimator }.spread_timestamps(samples);
         Ok(())
     };
     number(spread())

@@ -132,16 +132,34 @@ impl Estimator {
         faults
     }
 
-    /// Spreads the times of samples that were read at once, the last of which has the time of the newest.
-    pub fn spread_timestamps(&self, samples: &mut [CSample]) {
+    /// Spreads the times of samples that were read at once, the last of which has the time of the newest. They are the next
+    /// samples of [`update`](Self::update).
+    pub fn spread_timestamps(&mut self, samples: &mut [CSample]) {
         let newest_us = samples.last().map_or(0, |newest| newest.timestamp_us);
-        let count = u32::try_from(samples.len()).unwrap_or(u32::MAX);
-        let newest = self.before.bridge.presumed(Timestamp::from_micros(newest_us), count);
-        let times = self.core.batch_timestamps(newest, samples.len());
-        for (sample, time) in samples.iter_mut().zip(times) {
-            let earlier_us = newest.micros_since(time).unwrap_or(0);
-            sample.timestamp_us = newest_us.wrapping_sub(earlier_us);
+        self.begin_read(samples.len());
+        let times = self.times_of_read(newest_us, samples.len());
+        for (sample, time_us) in samples.iter_mut().zip(times) {
+            sample.timestamp_us = time_us;
         }
+    }
+
+    /// Announces that the next samples were read at once.
+    pub fn begin_read(&mut self, count: usize) {
+        self.before.bridge.begin_read(u32::try_from(count).unwrap_or(u32::MAX));
+    }
+
+    /// Times of the samples of a read, oldest first, the last of which has the time of the newest; µs.
+    pub fn times_of_read(
+        &self,
+        newest_us: u64,
+        count: usize,
+    ) -> impl ExactSizeIterator<Item = u64> + use<> {
+        let due = u32::try_from(count).unwrap_or(u32::MAX);
+        let newest = self.before.bridge.presumed(Timestamp::from_micros(newest_us), due);
+        self.core.batch_timestamps(newest, count).map(move |time| {
+            let earlier_us = newest.micros_since(time).unwrap_or(0);
+            newest_us.wrapping_sub(earlier_us)
+        })
     }
 
     /// Checks the unit of the accelerometer's readings.

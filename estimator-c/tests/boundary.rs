@@ -229,9 +229,14 @@ fn stamps_that_jump_and_come_back_cost_one_sample_each() {
 /// Number of invalid samples of a foot that stands for 2 s at 1 kHz, read eight at a time, if the newest of a read has this
 /// time in µs.
 fn invalid_of_reads(newest_us: impl Fn(u64) -> u64) -> usize {
+    flags_of_reads(newest_us).iter().filter(|flags| **flags & 16 != 0).count()
+}
+
+/// Flags of these samples.
+fn flags_of_reads(newest_us: impl Fn(u64) -> u64) -> Vec<u32> {
     let mut memory = memory();
     let this = init(start(&mut memory), SIZE, &CParams::default()).expect("valid");
-    let mut invalid = 0;
+    let mut flags = Vec::new();
     for read in 0..250 {
         let standing = CSample { specific_force_m_s2: [0.0, 0.0, 9.81], ..CSample::default() };
         let mut samples = [standing; 8];
@@ -241,17 +246,31 @@ fn invalid_of_reads(newest_us: impl Fn(u64) -> u64) -> usize {
             footfall_estimator_spread_timestamps(this, samples.as_mut_ptr(), samples.len())
         };
         assert_eq!(error, 0);
-        invalid +=
-            samples.iter().filter(|sample| update(this, sample, None).1.flags & 16 != 0).count();
+        flags.extend(samples.iter().map(|sample| update(this, sample, None).1.flags));
     }
-    invalid
+    flags
 }
 
 #[test]
-fn clock_of_32_bits_costs_one_sample_when_it_starts_again() {
+fn read_whose_time_jumps_costs_its_samples_alone() {
+    for jump_us in [100_000, -100_000] {
+        let flags = flags_of_reads(|sample| {
+            let jump_us = if sample == 8 * 125 { jump_us } else { 0 };
+            (7_000_000 + 1_000 * sample).saturating_add_signed(jump_us)
+        });
+        // The foot is proven to stand, and stays it.
+        for (sample, flags) in flags.iter().enumerate().skip(900) {
+            let expected = if (1_000..1_008).contains(&sample) { 16 } else { 0 };
+            assert_eq!(flags & !32, expected | flags & 64, "{sample}: {jump_us} µs");
+        }
+    }
+}
+
+#[test]
+fn clock_of_32_bits_costs_no_sample_when_it_starts_again() {
     assert_eq!(invalid_of_reads(|sample| (7_000_000 + 1_000 * sample) % (1 << 32)), 0);
     let start = (1 << 32) - 1_000_500;
-    assert!(invalid_of_reads(|sample| (start + 1_000 * sample) % (1 << 32)) <= 1);
+    assert_eq!(invalid_of_reads(|sample| (start + 1_000 * sample) % (1 << 32)), 0);
     // A clock that starts with the first read, and one of 64 bits that ends.
     assert!(invalid_of_reads(|sample| 500 + 1_000 * sample) <= 1);
     assert!(invalid_of_reads(|sample| (u64::MAX - 1_000_500).wrapping_add(1_000 * sample)) <= 1);
@@ -290,7 +309,7 @@ fn samples_of_one_read_get_times_of_their_own() {
     // SAFETY: NULL, misaligned, or as many samples as the count says.
     let errors = unsafe {
         [
-            footfall_estimator_spread_timestamps(ptr::null(), at, 8),
+            footfall_estimator_spread_timestamps(ptr::null_mut(), at, 8),
             footfall_estimator_spread_timestamps(this, ptr::null_mut(), 8),
             footfall_estimator_spread_timestamps(this, at.wrapping_byte_add(1), 8),
             footfall_estimator_spread_timestamps(this, at, MOST_SAMPLES + 1),

@@ -17,8 +17,12 @@ const FIRST_US: u64 = 1 << 62;
 /// next sample shows whether the time has come back. If it has not, the gap or the new time is real, and the estimator
 /// gets the whole of it with the readings of both sides.
 ///
-/// Times without a jump pass unchanged, and so do gaps that the estimator bridges itself. Differences of stamps are taken
-/// modulo 2⁶⁴.
+/// Samples that were read at once, such as from a sensor's FIFO, share one reading of the clock, so that if it has jumped,
+/// all of them are in doubt. [`begin_read`](Self::begin_read) tells the bridge how many they are. Without it, the second of
+/// them would confirm the jump of the first.
+///
+/// Times without a jump pass unchanged, and so do gaps that the estimator bridges itself. A clock of 32 bits may start again
+/// from 0. Differences of stamps are taken modulo 2⁶⁴.
 ///
 /// ```
 /// use estimator_core::clock::Bridge;
@@ -32,6 +36,8 @@ const FIRST_US: u64 = 1 << 62;
 #[derive(Clone, Debug)]
 pub struct Bridge {
     period_us: u64,
+    /// Samples of the newest read that are still to come.
+    of_read: u32,
     /// State after the first sample.
     state: Option<State>,
 }
@@ -43,9 +49,11 @@ struct State {
     stamp_us: u64,
     /// From the stamp before to the newest one, µs; 0 unless the newest was accepted as later.
     step_us: u64,
-    /// Whether the newest sample is in doubt.
-    is_in_doubt: bool,
-    /// Stamp before the newest one, if that is further on than one period; µs.
+    /// Samples in doubt without a break, the newest of which is the newest of all.
+    doubted: u32,
+    /// Further samples that have their time from the same reading of the clock as the first one in doubt.
+    unconfirmed: u32,
+    /// Stamp before those in doubt; otherwise that before the newest one, if that is further on than one period; µs.
     before_jump_us: Option<u64>,
     /// Newest time that the estimator got, µs.
     given_us: u64,
@@ -57,7 +65,12 @@ impl Bridge {
     /// Bridge for the samples of a stream.
     #[must_use]
     pub fn new(stream: Stream) -> Self {
-        Self { period_us: stream.period_us(), state: None }
+        Self { period_us: stream.period_us(), of_read: 0, state: None }
+    }
+
+    /// Announces that the next `count` samples were read at once.
+    pub fn begin_read(&mut self, count: u32) {
+        self.of_read = count;
     }
 
     /// Returns the time of the next sample for the estimator: later than the one before, unless the stamp is repeated, so
@@ -65,28 +78,41 @@ impl Bridge {
     pub fn next(&mut self, stamp: Timestamp) -> Option<Timestamp> {
         let stamp_us = stamp.as_micros();
         let (period_us, gap_us) = (self.period_us, self.gap_us());
-        let (due_us, longest_us) = (2 * period_us + gap_us, self.longest_us());
+        let longest_us = self.longest_us();
+        self.of_read = self.of_read.saturating_sub(1);
         let Some(state) = &mut self.state else {
             self.state = Some(State {
                 stamp_us,
                 step_us: 0,
-                is_in_doubt: false,
+                doubted: 0,
+                unconfirmed: 0,
                 before_jump_us: None,
                 given_us: stamp_us,
                 offset_us: 0,
             });
             return Some(stamp);
         };
+        if state.unconfirmed > 0 {
+            state.unconfirmed -= 1;
+            state.doubted = state.doubted.saturating_add(1);
+            state.stamp_us = stamp_us;
+            return None;
+        }
         let step_us = later_by(stamp_us, state.stamp_us);
+        // A quarter is the jitter of a read, as in the estimator.
+        let missing = u64::from(state.doubted.max(1) + state.doubted / 4);
+        let due_us = (missing + 1) * period_us + gap_us;
         let has_returned = state
             .before_jump_us
             .and_then(|before_us| later_by(stamp_us, before_us))
             .is_some_and(|step_us| step_us < due_us);
         // A step that is no longer than the one before shows that the samples come at another rate than declared.
         let longest_us = longest_us.max(state.step_us.saturating_add(period_us));
-        let follows = step_us.is_some_and(|step_us| step_us < longest_us);
-        // Two stamps in a row do not jump by accident, each to a later time.
-        let is_confirmed = state.is_in_doubt && step_us.is_some();
+        let low_step_us = u64::from(stamp_us.wrapping_sub(state.stamp_us) as u32);
+        let has_started_again = step_us.is_none() && low_step_us > 0 && low_step_us < longest_us;
+        let follows = has_started_again || step_us.is_some_and(|step_us| step_us < longest_us);
+        // Two readings of the clock in a row do not jump by accident, each to a later time.
+        let is_confirmed = state.doubted > 0 && step_us.is_some();
         if stamp_us == state.stamp_us {
             return Some(Timestamp::from_micros(state.given_us));
         }
@@ -99,14 +125,15 @@ impl Bridge {
             let ahead_us = later_by(continued_us, state.given_us).unwrap_or(period_us);
             state.given_us = state.given_us.wrapping_add(ahead_us);
             state.offset_us = state.given_us.wrapping_sub(stamp_us);
-            state.is_in_doubt = false;
+            state.doubted = 0;
         } else {
             state.before_jump_us = Some(state.stamp_us);
             state.step_us = 0;
-            state.is_in_doubt = true;
+            state.doubted = 1;
+            state.unconfirmed = self.of_read;
         }
         state.stamp_us = stamp_us;
-        (!state.is_in_doubt).then_some(Timestamp::from_micros(state.given_us))
+        (state.doubted == 0).then_some(Timestamp::from_micros(state.given_us))
     }
 
     /// Returns the time of a stamp for the estimator, as if it did not jump, without taking it. It is `due` periods after the
@@ -191,6 +218,47 @@ mod tests {
         let times = bridged(&[900, 901, 5, 6, 7, 300, 9]);
         assert_eq!(times[..3], [Some(900), Some(901), None]);
         assert_eq!(times[3..], [Some(902), Some(903), None, Some(905)]);
+    }
+
+    /// Whether each sample of these reads of eight has a time, by the time of their newest sample; ms.
+    fn accepted_reads(newest_ms: &[u64]) -> Vec<[bool; 8]> {
+        let mut bridge = Bridge::new(Stream::KILOHERTZ);
+        let reads = newest_ms.iter().map(|newest_ms| {
+            bridge.begin_read(8);
+            core::array::from_fn(|sample| {
+                let stamp_us = (1_000 * newest_ms).wrapping_sub(1_000 * (7 - sample as u64));
+                bridge.next(Timestamp::from_micros(stamp_us)).is_some()
+            })
+        });
+        reads.collect()
+    }
+
+    #[test]
+    fn read_whose_time_jumps_is_left_out_as_a_whole() {
+        let (accepted, left_out) = ([true; 8], [false; 8]);
+        for jumped in [140, 1_040, 20] {
+            let reads = accepted_reads(&[108, 116, jumped, 132, 140]);
+            assert_eq!(reads, [accepted, accepted, left_out, accepted, accepted], "{jumped}");
+        }
+        // The read after it may be late.
+        let reads = accepted_reads(&[108, 116, 300, 134, 142]);
+        assert_eq!(reads, [accepted, accepted, left_out, accepted, accepted]);
+        // A gap, and a clock that was set back, are confirmed by the next read.
+        for read in [500, 8] {
+            let reads = accepted_reads(&[108, 116, read, read + 8, read + 16]);
+            assert_eq!(reads, [accepted, accepted, left_out, accepted, accepted], "{read}");
+        }
+    }
+
+    #[test]
+    fn clock_of_32_bits_starts_again_without_a_doubt() {
+        let mut bridge = Bridge::new(Stream::KILOHERTZ);
+        let stamps = (0..6_u64).map(|sample| ((1 << 32) - 2_500 + 1_000 * sample) % (1 << 32));
+        let times: Vec<_> =
+            stamps.map(|stamp| bridge.next(Timestamp::from_micros(stamp))).collect();
+        let first_us = (1 << 32) - 2_500;
+        let expected = (0..6).map(|sample| Some(Timestamp::from_micros(first_us + 1_000 * sample)));
+        assert_eq!(times, expected.collect::<Vec<_>>());
     }
 
     #[test]
