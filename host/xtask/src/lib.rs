@@ -5,12 +5,14 @@
 //! | [`mod@test`], [`quick`] | the product's tests, and a check of what differs; with [`packages`] |
 //! | [`install`] | tools that this machine lacks |
 //! | [`firmware`], [`hex`], [`image`], [`uf2`] | programs of the boards, and their files |
-//! | [`library`] | the estimator for programs in C |
-//! | [`links`] | links of documents |
+//! | [`library`], [`generic`] | the estimator for programs in C |
+//! | [`links`], [`address`] | links of documents, and the project's address |
 //! | [`command`] | programs that are run |
 
+pub mod address;
 pub mod command;
 pub mod firmware;
+pub mod generic;
 pub mod hex;
 pub mod image;
 pub mod install;

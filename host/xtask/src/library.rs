@@ -10,13 +10,14 @@ use anyhow::{Context, Result, bail};
 use ar_archive_writer::{ArchiveKind, DEFAULT_OBJECT_READER, NewArchiveMember};
 use object::build::elf;
 use object::read::archive::ArchiveFile;
-use object::{BinaryFormat, Object as _, ObjectSymbol as _};
+use object::{Architecture, BinaryFormat, Object as _, ObjectSymbol as _};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
+use crate::address::ADDRESS;
 use crate::command::{Step, remove_folder, root};
-use crate::firmware;
 use crate::links::with_targets;
+use crate::{firmware, generic};
 
 /// Library of the archive: a target of the compiler, and its folders in `src`.
 #[derive(Clone, Copy)]
@@ -134,7 +135,15 @@ const PAGE: &str = "docs/guide/your-own-board.md";
 /// Name of the folder in the archive, without a version: it is the name of a component of ESP-IDF.
 const NAME: &str = "footfall_estimator";
 
+/// Folder of the file of C in `src`, and name of a target for it.
+const GENERIC: &str = "generic";
+
 const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+/// Folders of the libraries in `src` of the archive.
+pub fn folders() -> impl Iterator<Item = &'static str> {
+    LIBRARIES.into_iter().flat_map(|library| library.folders).copied()
+}
 
 /// Builds the archive for all processors in `dist`, with a file of its SHA-256, and returns its path.
 ///
@@ -143,6 +152,7 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 pub fn run(dist: &Path) -> Result<PathBuf> {
     let folder = root().join("target/library").join(NAME);
     fill(&folder, &LIBRARIES)?;
+    write_generic(&folder)?;
     let name = format!("footfall-estimator-{VERSION}.zip");
     let packed = dist.join(&name);
     pack(&folder, NAME, &packed)?;
@@ -152,13 +162,19 @@ pub fn run(dist: &Path) -> Result<PathBuf> {
     Ok(packed)
 }
 
-/// Builds the folder of the archive in `dist`, with the library for only one target of the compiler. Returns its path.
-/// A target that the archive lacks has a folder of its own name in `src`.
+/// Builds the folder of the archive in `dist`, with the library for only one target of the compiler, or with the file of C
+/// for the target `generic`. Returns its path. A target that the archive lacks has a folder of its own name in `src`.
 ///
 /// # Errors
 /// As [`run`].
 pub fn run_for(target: &str, dist: &Path) -> Result<PathBuf> {
     let folder = dist.join(format!("{NAME}-{target}"));
+    if target == GENERIC {
+        fill(&folder, &[])?;
+        write_generic(&folder)?;
+        println!("{}", folder.display());
+        return Ok(folder);
+    }
     let folders = [target];
     let mut libraries: Vec<Library<'_>> =
         LIBRARIES.into_iter().filter(|library| library.target == target).collect();
@@ -171,6 +187,12 @@ pub fn run_for(target: &str, dist: &Path) -> Result<PathBuf> {
         println!("  src/{library}");
     }
     Ok(folder)
+}
+
+/// Writes the file of C that stands in for a library.
+fn write_generic(folder: &Path) -> Result<()> {
+    let file = folder.join("src").join(GENERIC).join("footfall_estimator.c");
+    write(&file, generic::source()?.as_bytes())
 }
 
 /// Writes header, libraries, and the files of each build system to a folder, which is emptied first.
@@ -192,7 +214,7 @@ fn fill(folder: &Path, libraries: &[Library<'_>]) -> Result<()> {
     for path in files(&packaging)? {
         let text = fs::read_to_string(&path)?.replace("@VERSION@", VERSION);
         let text = text.replace("@COMPILER@", compiler.trim());
-        let text = text.replace("@REPOSITORY@", env!("CARGO_PKG_REPOSITORY"));
+        let text = text.replace("@REPOSITORY@", ADDRESS);
         write(&folder.join(path.strip_prefix(&packaging)?), text.as_bytes())?;
     }
     Ok(())
@@ -268,11 +290,11 @@ fn build(library: &Library<'_>) -> Result<(&'static str, Vec<u8>)> {
     bail!("{}: it has no object of the estimator", built.display())
 }
 
-/// Returns the object without `.debug_frame`. The compiler writes it for Arm even without debugging information, and with
-/// it a debugger would look for sources that a user does not have.
+/// Returns the object without `.debug_frame`. The compiler writes it for Arm and RISC-V even without debugging information,
+/// and with it a debugger would look for sources that a user does not have.
 fn without_debug_frame(object: &[u8]) -> Result<Vec<u8>> {
-    let is_of_arm = object::File::parse(object)?.architecture() == object::Architecture::Arm;
-    if !is_of_arm {
+    let architecture = object::File::parse(object)?.architecture();
+    if !matches!(architecture, Architecture::Arm | Architecture::Riscv32) {
         return Ok(object.to_vec());
     }
     let mut builder = elf::Builder::read(object)?;
@@ -384,66 +406,6 @@ pub fn pack(folder: &Path, name: &str, to: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Boards by the family of their core for Arduino, with `build.mcu` and the options of floating point with which it
-    /// compiles.
-    const BOARDS: [(&str, &str, &str); 33] = [
-        ("STM32duino F0", "cortex-m0", ""),
-        ("STM32duino C0, G0, L0, U0", "cortex-m0plus", ""),
-        ("STM32duino F1, F2, L1", "cortex-m3", ""),
-        ("STM32duino F3, F4, G4, L4, WB", "cortex-m4", "-mfpu=fpv4-sp-d16 -mfloat-abi=hard"),
-        ("STM32duino WL", "cortex-m4", ""),
-        ("STM32duino F7, H7", "cortex-m7", "-mfpu=fpv4-sp-d16 -mfloat-abi=hard"),
-        ("STM32duino H5, L5, U5, WBA", "cortex-m33", "-mfpu=fpv4-sp-d16 -mfloat-abi=hard"),
-        ("mbed Nano 33 BLE, Nicla Sense", "cortex-m4", "-mfloat-abi=softfp -mfpu=fpv4-sp-d16"),
-        ("mbed Portenta, Giga, Opta", "cortex-m7", "-mfloat-abi=softfp -mfpu=fpv5-d16"),
-        ("mbed Portenta, second core", "cortex-m4", "-mfloat-abi=softfp -mfpu=fpv4-sp-d16"),
-        ("mbed Nano RP2040", "cortex-m0plus", ""),
-        ("Renesas Uno R4", "cortex-m4", "-mfloat-abi=hard -mfpu=fpv4-sp-d16"),
-        ("SAMD21", "cortex-m0plus", ""),
-        ("SAMD51", "cortex-m4", "-mfloat-abi=hard -mfpu=fpv4-sp-d16"),
-        ("Teensy LC", "mkl26z64", ""),
-        ("Teensy 3.2", "mk20dx256", ""),
-        ("Teensy 3.5", "mk64fx512", "-mfloat-abi=hard -mfpu=fpv4-sp-d16"),
-        ("Teensy 3.6", "mk66fx1m0", "-mfloat-abi=hard -mfpu=fpv4-sp-d16"),
-        ("Teensy 4", "imxrt1062", "-mfloat-abi=hard -mfpu=fpv5-d16"),
-        ("arduino-pico RP2040", "cortex-m0plus", ""),
-        ("arduino-pico RP2350", "cortex-m33", "-march=armv8-m.main+fp+dsp -mfloat-abi=softfp"),
-        ("arduino-pico RP2350, RISC-V", "rv32imac", "-march=rv32imac_zicsr -mabi=ilp32"),
-        ("ESP32-C2", "esp32c2", ""),
-        ("ESP32-C3", "esp32c3", ""),
-        ("ESP32-C5", "esp32c5", ""),
-        ("ESP32-C6", "esp32c6", ""),
-        ("ESP32-C61", "esp32c61", ""),
-        ("ESP32-H2", "esp32h2", ""),
-        ("ESP32-P4", "esp32p4", ""),
-        ("PlatformIO, an M4 by its CPU", "cortex-m4", "-mfloat-abi=hard -mfpu=fpv4-sp-d16"),
-        ("PlatformIO, an H7 by its CPU", "cortex-m7", "-mfpu=fpv5-d16 -mfloat-abi=hard"),
-        ("PlatformIO, a U5 by its CPU", "cortex-m33", "-mfpu=fpv5-sp-d16 -mfloat-abi=hard"),
-        ("PlatformIO, a Pico by its CPU", "cortex-m0plus", ""),
-    ];
-
-    /// Folder in which the Arduino CLI looks for a library: `findExpectedPrecompiledLibFolder` of its `builder`.
-    fn folder(mcu: &str, options: &str) -> String {
-        let value = |option: &str| {
-            options.split(' ').find_map(|word| word.strip_prefix(option)).unwrap_or_default()
-        };
-        match (value("-mfpu="), value("-mfloat-abi=")) {
-            ("", "") => mcu.to_owned(),
-            ("", abi) => format!("{mcu}/{abi}"),
-            (fpu, abi) => format!("{mcu}/{fpu}-{abi}"),
-        }
-    }
-
-    #[test]
-    fn each_board_of_the_table_has_a_library() {
-        let folders: Vec<&str> =
-            LIBRARIES.iter().flat_map(|library| library.folders).copied().collect();
-        for (board, mcu, options) in BOARDS {
-            let wanted = folder(mcu, options);
-            assert!(folders.contains(&wanted.as_str()), "{board}: there is no src/{wanted}");
-        }
-    }
 
     #[test]
     fn links_that_leave_the_archive_become_text() {

@@ -72,7 +72,8 @@ enum Task {
     },
     /// Packs the estimator for programs in C, for all processors, in `dist`.
     Library {
-        /// Builds a folder for only this target of the Rust compiler, which the archive may lack.
+        /// Builds a folder for only this target of the Rust compiler, which the archive may lack, or for `generic`: the
+        /// file of C.
         #[arg(long, value_name = "TARGET")]
         target: Option<String>,
     },

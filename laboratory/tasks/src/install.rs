@@ -12,7 +12,7 @@ const FOR_GATE: [Tool; 2] =
 
 /// Valgrind for instruction counts, Node.js for the emulator of the Nano's chip, and compilers and emulators of other
 /// processors for the library in C, whose Rust targets `cargo xtask library` adds.
-const FOR_FULL: [Tool; 11] = [
+const FOR_FULL: [Tool; 13] = [
     ("valgrind", &["valgrind"]),
     ("node", &["nodejs"]),
     ("npm", &["npm"]),
@@ -24,6 +24,8 @@ const FOR_FULL: [Tool; 11] = [
     ("qemu-system-riscv32", &["qemu-system-misc"]),
     ("qemu-aarch64", &["qemu-user"]),
     ("pkg-config", &["pkg-config"]),
+    ("wasm2c", &["wabt"]),
+    ("xtensa-lx106-elf-gcc", &["gcc-xtensa-lx106", "picolibc-xtensa-lx106-elf"]),
 ];
 
 /// Names of a browser for the page of a replay.

@@ -1,5 +1,6 @@
 //! Installs each piece of a release from its folder into an empty environment, as a user does, and runs its first example:
-//! the wheel, the Debian package, the library for C, a crate. Nothing else of the repository is used.
+//! the wheel, the Debian package, the programs, the library for C, a crate, and firmware. Only the emulators of the boards
+//! come from the repository.
 
 use std::env::consts::ARCH;
 use std::fmt::Write as _;
@@ -9,7 +10,9 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 
-use xtask::command::{Step, remove_folder, root};
+use xtask::address::ADDRESS;
+use xtask::command::{Step, is_installed, remove_folder, root};
+use xtask::test::LABORATORY;
 
 use crate::environment::Environment;
 use crate::release;
@@ -67,13 +70,15 @@ fn main() -> Result<(), estimator_core::ParamsError> {
 /// A piece of a release, and its test.
 type Piece = (&'static str, fn(&Release) -> Result<()>);
 
-const PIECES: [Piece; 6] = [
+const PIECES: [Piece; 8] = [
     ("checksums", check_sums),
     ("wheel", install_wheel),
     ("Debian package", install_debian_package),
+    ("programs by the names of cargo binstall", run_programs),
     ("library for C", install_library),
     ("crate", add_crate),
-    ("names for cargo binstall", read_binstall),
+    ("firmware", boot_firmware),
+    ("UF2", boot_uf2),
 ];
 
 /// Folder of a release, and an empty folder for what is installed.
@@ -149,13 +154,19 @@ fn check_sums(release: &Release) -> Result<()> {
 }
 
 /// Installs the wheel with its dependencies, and lets auditwheel check its tag: the wheel needs no newer glibc and no other
-/// library.
+/// library. Its metadata have the project's address.
 fn install_wheel(release: &Release) -> Result<()> {
     let wheel = release.file(&format!("footfall-{VERSION}-cp310-abi3-"), &format!("{ARCH}.whl"))?;
     let environment = Environment::create("release")?;
     environment.install([wheel.display().to_string()])?;
     let printed = environment.python().at(&release.folder("wheel")?).with(["-c", IN_PYTHON]);
     expect_stable(&printed.output()?)?;
+    let metadata = ["-c", "import importlib.metadata as m; print(m.metadata('footfall'))"];
+    let metadata = environment.python().with(metadata).output()?;
+    let mut urls = metadata.lines().filter(|line| line.starts_with("Project-URL: "));
+    if !urls.any(|line| line.ends_with(&format!(", {ADDRESS}"))) {
+        bail!("{}: it has no Project-URL {ADDRESS}:\n{metadata}", wheel.display());
+    }
     let auditor = Environment::create("auditwheel")?;
     auditor.install([release::AUDITWHEEL])?;
     let show = ["-m", "auditwheel", "show"];
@@ -171,7 +182,7 @@ fn install_wheel(release: &Release) -> Result<()> {
 /// Installs the Debian package into an empty root, by dpkg as apt does, and runs the program there.
 fn install_debian_package(release: &Release) -> Result<()> {
     for program in DPKG {
-        if !xtask::command::is_installed(program) {
+        if !is_installed(program) {
             bail!("{program} is not installed, which Debian and its derivatives have");
         }
     }
@@ -182,6 +193,11 @@ fn install_debian_package(release: &Release) -> Result<()> {
     let depends = Step::program("dpkg-deb").with(depends).output()?;
     if !depends.trim().is_empty() {
         bail!("{package_name}: a static program needs no package, not {depends}");
+    }
+    let homepage = ["--field", &package_name, "Homepage"];
+    let homepage = Step::program("dpkg-deb").with(homepage).output()?;
+    if homepage.trim() != ADDRESS {
+        bail!("{package_name}: its homepage is {homepage:?}, not {ADDRESS}");
     }
     let system = release.folder("system")?;
     for folder in ["var/lib/dpkg/info", "var/lib/dpkg/updates", "var/lib/dpkg/triggers"] {
@@ -197,18 +213,24 @@ fn install_debian_package(release: &Release) -> Result<()> {
             bail!("{package_name}: {file} is missing");
         }
     }
-    let program = system.join("usr/bin/footfall").display().to_string();
-    let folder = release.folder("debian")?;
+    let program = Step::program(&system.join("usr/bin/footfall").display().to_string());
+    replay_rest(program, &release.folder("debian")?)
+}
+
+/// Replays a foot at rest with a program, in an empty folder.
+fn replay_rest(program: Step, folder: &Path) -> Result<()> {
     let mut walk = String::from("t,ax,ay,az,gx,gy,gz\n");
     for ms in 0..1_000 {
         let _ = writeln!(walk, "{:.3},0,0,9.81,0,0,0", f64::from(ms) / 1.0e3);
     }
     fs::write(folder.join("rest.csv"), walk)?;
-    Step::program(&program)
-        .at(&folder)
-        .with(["replay", "rest.csv", "--output", "estimates.csv"])
-        .run()?;
-    let table = fs::read_to_string(folder.join("estimates.csv"))?;
+    program.at(folder).with(["replay", "rest.csv", "--output", "estimates.csv"]).run()?;
+    expect_stable_at_end(&folder.join("estimates.csv"))
+}
+
+/// Prints the probability in the last row of a table, which has to be above 0.9.
+fn expect_stable_at_end(table: &Path) -> Result<()> {
+    let table = fs::read_to_string(table).with_context(|| table.display().to_string())?;
     let mut rows = table.lines();
     let place = rows.next().and_then(|header| header.split(',').position(|c| c == "p_stable"));
     let last = rows.last().and_then(|row| row.split(',').nth(place?));
@@ -257,8 +279,44 @@ fn add_crate(release: &Release) -> Result<()> {
     expect_stable(&Step::program("cargo").at(&app).with(run).output()?)
 }
 
-/// Reads the names that `cargo binstall` would download, and looks for them and for the program in them.
-fn read_binstall(release: &Release) -> Result<()> {
+/// Boots the program of the reference board on an emulated one, where a walk has the bits of a host.
+fn boot_firmware(release: &Release) -> Result<()> {
+    let elf = release.file(&format!("foot-{VERSION}-reference"), ".elf")?;
+    Step::cargo(&["test", "--locked", "--quiet"])
+        .with(LABORATORY)
+        .with(["--package", "boot", "foot_in_a_walk_sends_the_bits_of_the_host"])
+        .env("FOOTFALL_ELF", elf)
+        .run()
+}
+
+/// Boots the program of a Nano RP2040 on an emulated one at rest, and decodes the bytes at its USB port.
+fn boot_uf2(release: &Release) -> Result<()> {
+    let uf2 = release.file(&format!("foot-{VERSION}-nano-rp2040"), ".uf2")?;
+    Step::cargo(&["build", "--locked", "--quiet", "--package", "gait", "--example", "part"])
+        .run()?;
+    let part = root().join("target/debug/examples/part").display().to_string();
+    let emulator = root().join("laboratory/nano");
+    Step::program("npm").at(&emulator).with(["ci", "--silent"]).run()?;
+    let folder = release.folder("uf2")?;
+    let bytes = folder.join("uart.bin").display().to_string();
+    Step::program("node")
+        .at(&emulator)
+        .with(["run.mjs", "--uf2", &uf2.display().to_string(), "--part", &part])
+        .with(["--motion", "rest", "--seconds", "4", "--output", &bytes])
+        .output()?;
+    let name = format!("footfall-{VERSION}-{ARCH}-linux");
+    let extract = ["--extract", "--gzip", "--file"];
+    let packed = release.dist.join(format!("{name}.tar.gz")).display().to_string();
+    Step::program("tar").at(&folder).with(extract).with([packed]).run()?;
+    Step::program(&folder.join(&name).join("footfall").display().to_string())
+        .at(&folder)
+        .with(["decode", "uart.bin", "--output", "rows.csv"])
+        .run()?;
+    expect_stable_at_end(&folder.join("rows.csv"))
+}
+
+/// Reads the names that `cargo binstall` would download, unpacks these files, and runs the program in them.
+fn run_programs(release: &Release) -> Result<()> {
     let manifest = fs::read_to_string(root().join("host/footfall/Cargo.toml"))?;
     let (_, metadata) = manifest
         .split_once("[package.metadata.binstall]\n")
@@ -272,7 +330,7 @@ fn read_binstall(release: &Release) -> Result<()> {
     for machine in ["x86_64", "aarch64"] {
         let filled = |template: &str| {
             [
-                ("{ repo }", env!("CARGO_PKG_REPOSITORY")),
+                ("{ repo }", ADDRESS),
                 ("{ version }", VERSION),
                 ("{ target-arch }", machine),
                 ("{ target-family }", "linux"),
@@ -283,15 +341,28 @@ fn read_binstall(release: &Release) -> Result<()> {
             .fold(template.to_owned(), |text, (name, value)| text.replace(name, value))
         };
         let url = filled(value("pkg-url")?);
-        let address = format!("{}/releases/download/v{VERSION}/", env!("CARGO_PKG_REPOSITORY"));
+        let address = format!("{ADDRESS}/releases/download/v{VERSION}/");
         let file = url.strip_prefix(&address).with_context(|| format!("{url}: {address}…"))?;
         let inside = filled(value("bin-dir")?);
-        let list = ["--list", "--gzip", "--file", file];
-        let listed = Step::program("tar").at(&release.dist).with(list).output()?;
-        if !listed.lines().any(|line| line == inside) {
+        let folder = release.folder(&format!("program-{machine}"))?;
+        let extract = ["--extract", "--gzip", "--file"];
+        let path = release.dist.join(file).display().to_string();
+        Step::program("tar").at(&folder).with(extract).with([path]).run()?;
+        let program = folder.join(&inside);
+        if !program.is_file() {
             bail!("{file} lacks {inside}");
         }
-        println!("{file}: {inside}");
+        let program = program.display().to_string();
+        let program = if machine == ARCH {
+            Step::program(&program)
+        } else {
+            let emulator = format!("qemu-{machine}");
+            if !is_installed(&emulator) {
+                bail!("{emulator} is not installed (Debian: apt-get install qemu-user)");
+            }
+            Step::program(&emulator).with([program])
+        };
+        replay_rest(program, &folder)?;
     }
     Ok(())
 }

@@ -88,6 +88,9 @@ const FROM_REPOSITORY: [&str; 5] = [
     "host/footfall/60-footfall.rules",
 ];
 
+/// File of a release with what is new in it.
+const NOTES: &str = "RELEASE-NOTES.md";
+
 /// Files packed with each program.
 const BESIDE_PROGRAM: [&str; 4] = ["CHANGELOG.md", "LICENSE-APACHE", "LICENSE-MIT", "README.md"];
 
@@ -125,8 +128,8 @@ pub enum Part {
 /// Builds the files of a release, or of a part of it, in `dist`, which is emptied first.
 ///
 /// # Errors
-/// The project has no address, or no key for users, unless the files are a draft. A result was measured on another ELF, a
-/// tool cannot be installed, a build fails, or a file cannot be written.
+/// The project has no address, no notes of this version, or no key for users, unless the files are a draft. A result was
+/// measured on another ELF, a tool cannot be installed, a build fails, or a file cannot be written.
 pub fn run(only: Option<Part>, purpose: Purpose) -> Result<()> {
     let keys = if purpose == Purpose::Users {
         requirements::check_address()?;
@@ -136,9 +139,12 @@ pub fn run(only: Option<Part>, purpose: Purpose) -> Result<()> {
     } else {
         None
     };
+    let changes = fs::read_to_string(root().join("CHANGELOG.md")).context("CHANGELOG.md")?;
+    let notes = notes(&changes, purpose)?;
     if only.is_none() {
-        // As tests build them, in the folder that digests are computed from.
-        firmware::build_all()?;
+        // As tests build them, in the folder that digests are computed from: with the development key.
+        let key = root().join("bootloader/keys/development.pub");
+        Step::cargo(&["xtask", "programs"]).env("FOOTFALL_KEY", key).run()?;
         results::refuse_older()?;
     }
     let dist = root().join("dist");
@@ -164,6 +170,7 @@ pub fn run(only: Option<Part>, purpose: Purpose) -> Result<()> {
             fs::copy(&built, dist.join(&name)).with_context(|| name.clone())?;
         }
         write_bills(&dist)?;
+        fs::write(dist.join(NOTES), notes).context(NOTES)?;
     }
     build_firmware(&dist, keys.as_ref())?;
     for file in FROM_REPOSITORY {
@@ -176,6 +183,25 @@ pub fn run(only: Option<Part>, purpose: Purpose) -> Result<()> {
     fs::write(dist.join("SHA256SUMS"), &sums)?;
     print!("{sums}");
     Ok(())
+}
+
+/// Returns the section of this version in `CHANGELOG.md`. A draft may have the section of what is not released yet.
+fn notes(changes: &str, purpose: Purpose) -> Result<String> {
+    let section = |name: &str| {
+        let (_, behind) = changes.split_once(&format!("\n## [{name}]"))?;
+        // The heading may have a date.
+        let (_, text) = behind.split_once('\n')?;
+        Some(text.split("\n## ").next().unwrap_or_default().trim().to_owned() + "\n")
+    };
+    let notes = match purpose {
+        Purpose::Users => section(VERSION),
+        Purpose::Draft => section(VERSION).or_else(|| section("Unreleased")),
+    };
+    notes.with_context(|| {
+        format!(
+            "CHANGELOG.md has no section \"## [{VERSION}]\": give \"## [Unreleased]\" this name, and the date"
+        )
+    })
 }
 
 /// Installs the tools in a separate folder, and returns the folder of their programs.
@@ -384,4 +410,20 @@ fn copy(file: &Path, folder: &Path) -> Result<()> {
     let name = file.file_name().context("a file has a name")?;
     fs::copy(file, folder.join(name)).with_context(|| file.display().to_string())?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn notes_are_the_section_of_the_version() {
+        let released =
+            format!("# Changelog\n\n## [{VERSION}] - 2026-12-01\n\nNew.\n\n## [0.0.9]\n\nOld.\n");
+        assert_eq!(notes(&released, Purpose::Users).expect("a section"), "New.\n");
+        let unreleased = "# Changelog\n\n## [Unreleased]\n\nNew.\n";
+        assert_eq!(notes(unreleased, Purpose::Draft).expect("a section"), "New.\n");
+        let refused = notes(unreleased, Purpose::Users).expect_err("no section").to_string();
+        assert!(refused.contains(&format!("## [{VERSION}]")), "{refused}");
+    }
 }

@@ -6,11 +6,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use program_images::{DEVELOPMENT_KEY, public_key};
-use xtask::command::{Step, root};
+use xtask::address::{self, ADDRESS, PLACEHOLDER};
+use xtask::command::root;
 use xtask::image::read_key;
-
-/// Placeholder for the address of the repository, until it has one.
-const NO_ADDRESS: &str = "https://example.org/footfall";
 
 /// Variable that names the public key of the bootloader.
 const PUBLIC: &str = "FOOTFALL_KEY";
@@ -27,28 +25,35 @@ pub enum Purpose {
     Draft,
 }
 
-/// Refuses a repository that does not name its address.
+/// Refuses a project that has no address, or documents that name another one.
 ///
 /// # Errors
-/// A committed manifest or page contains the placeholder.
+/// The manifest has the placeholder, or a document another address than the manifest.
 pub fn check_address() -> Result<()> {
-    let files = Step::program("git").with(["ls-files", "*.toml", "*.md"]).output()?;
-    let mut found = Vec::new();
-    for file in files.lines() {
-        let text = fs::read_to_string(root().join(file)).with_context(|| file.to_owned())?;
-        found.extend(placeholders(file, &text));
-    }
-    if !found.is_empty() {
-        let lines = found.join("\n");
-        bail!("the project has no address yet. Write it in place of {NO_ADDRESS}:\n{lines}");
-    }
-    Ok(())
+    let manifest = fs::read_to_string(root().join("Cargo.toml")).context("Cargo.toml")?;
+    let differing = address::differing()?.into_iter().map(|(file, _)| file).collect::<Vec<_>>();
+    check(ADDRESS, &manifest, &differing)
 }
 
-/// Returns the lines of a file with the placeholder, as `FILE:LINE: TEXT`.
-fn placeholders(file: &str, text: &str) -> Vec<String> {
-    let lines = (1..).zip(text.lines()).filter(|(_, line)| line.contains(NO_ADDRESS));
-    lines.map(|(number, line)| format!("{file}:{number}: {line}")).collect()
+/// Checks an address, the manifest that has it, and the names of the files that have another one.
+fn check(address: &str, manifest: &str, differing: &[&str]) -> Result<()> {
+    if address == PLACEHOLDER {
+        let mut lines = (1..).zip(manifest.lines());
+        let line = lines.find(|(_, line)| line.starts_with("repository = "));
+        let (number, line) = line.context("Cargo.toml has no line with the repository")?;
+        bail!(
+            "the project has no address yet. Write it in place of {PLACEHOLDER}, and then run \
+             `FOOTFALL_UPDATE=1 cargo test -p xtask --lib address::`:\nCargo.toml:{number}: {line}"
+        );
+    }
+    if !differing.is_empty() {
+        bail!(
+            "{} without {address}, the address in Cargo.toml: \
+             `FOOTFALL_UPDATE=1 cargo test -p xtask --lib address::` writes it",
+            differing.join(", ")
+        );
+    }
+    Ok(())
 }
 
 /// Keys of a release. Images that the private key signs are accepted by a bootloader that contains the public one.
@@ -161,9 +166,12 @@ mod tests {
 
     #[test]
     fn missing_address_is_named_with_its_line() {
-        let text = format!("[package]\nrepository = \"{NO_ADDRESS}\"\n");
-        let found = placeholders("Cargo.toml", &text);
-        assert_eq!(found, [format!("Cargo.toml:2: repository = \"{NO_ADDRESS}\"")]);
-        assert!(placeholders("Cargo.toml", "repository = \"https://a.org\"").is_empty());
+        let line = format!("repository = \"{PLACEHOLDER}\"");
+        let refused = check(PLACEHOLDER, &format!("[package]\n{line}\n"), &[]);
+        let refused = refused.expect_err("a placeholder").to_string();
+        assert!(refused.ends_with(&format!(":\nCargo.toml:2: {line}")), "{refused}");
+        let refused = check("https://a.org", "", &["a.md"]).expect_err("another address");
+        assert!(refused.to_string().starts_with("a.md without https://a.org"), "{refused}");
+        check("https://a.org", "", &[]).expect("an address");
     }
 }
