@@ -1,4 +1,4 @@
-"""Links the library for the board's processor."""
+"""Links the library for the board's processor. On an Xtensa, PlatformIO compiles the file of C."""
 
 import platform
 from pathlib import Path
@@ -13,6 +13,9 @@ PCS = {
     ("Darwin", "x86_64"): "macos/x86_64",
     ("Windows", "AMD64"): "windows/x86_64",
 }
+
+# Chips with an Xtensa, by `build.mcu`.
+XTENSA = ("esp32", "esp32s2", "esp32s3", "esp8266")
 
 
 def words(flags):
@@ -43,7 +46,11 @@ def folder(env):
 
 
 source = Path(env.Dir(".").srcnode().abspath, "src")  # noqa: F821
-library = source / folder(env)  # noqa: F821
-if not (library / "libfootfall_estimator.a").is_file():
+processor = folder(env)  # noqa: F821
+library = source / processor
+if processor in XTENSA:
+    env.Append(CPPDEFINES=["FOOTFALL_GENERIC"], CCFLAGS=["-ffp-contract=off"])  # noqa: F821
+elif (library / "libfootfall_estimator.a").is_file():
+    env.Append(LIBPATH=[str(library)], LIBS=["footfall_estimator"])  # noqa: F821
+else:
     raise SystemExit(f"footfall: there is no library {library}")
-env.Append(LIBPATH=[str(library)], LIBS=["footfall_estimator"])  # noqa: F821

@@ -6,6 +6,7 @@
 //! | [`error`] | errors, and their texts |
 //! | [`estimator`] | the state in the caller's memory, without `unsafe` |
 //! | [`boundary`] | functions of the header: checks of pointers |
+//! | `generic` | functions for the library in generic C |
 //! | `memory` | functions of Arm's compilers that copy and clear memory, by those of C |
 //!
 //! The method is the self-calibrating one. It needs no window, so an estimator takes little more than 1 KiB.
@@ -21,6 +22,9 @@ extern crate std;
 pub mod boundary;
 pub mod error;
 pub mod estimator;
+#[cfg(target_arch = "wasm32")]
+#[allow(unsafe_code)] // Pointers of the machine.
+mod generic;
 #[cfg(all(feature = "alone", target_arch = "arm", target_os = "none"))]
 #[allow(unsafe_code)] // Assembly.
 mod memory;

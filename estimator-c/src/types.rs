@@ -98,9 +98,6 @@ fn choice<T: Copy, const N: usize>(number: u8, values: [T; N]) -> Result<T, Erro
     values.get(usize::from(number)).copied().ok_or(Error::Choice)
 }
 
-/// Sets a group of numbers in the parameters.
-type SetGroup = fn(&mut Params, &CParams);
-
 impl CParams {
     /// Returns the checked parameters, and the facts about the samples. The groups are set and checked one after the
     /// other, so that the first invalid one is known.
@@ -115,42 +112,24 @@ impl CParams {
         };
         let has_learnt = choice(self.has_learnt, [false, true])?;
         let stream = Stream::new(self.sample_rate_hz, gravity).map_err(|_| Error::SampleRate)?;
-        let groups: [(SetGroup, Error); 3] = [
-            (
-                |params, from| {
-                    params.decision = DecisionParams {
-                        threshold: from.decision_threshold,
-                        on_delay: from.decision_on_delay_s,
-                        off_delay: from.decision_off_delay_s,
-                    };
-                },
-                Error::Decision,
-            ),
-            (
-                |params, from| {
-                    params.load =
-                        LoadParams { on_threshold: from.load_on, off_threshold: from.load_off };
-                },
-                Error::Load,
-            ),
-            (
-                |params, from| {
-                    params.velocity = VelocityParams {
-                        speed: from.velocity_speed_m_s,
-                        lever: from.velocity_lever_m,
-                        floor: from.velocity_floor_m_s,
-                    };
-                },
-                Error::Velocity,
-            ),
-        ];
-        for (set, error) in groups {
-            set(&mut params, self);
-            params.check().map_err(|_| error)?;
-        }
+        let check = |params: &Params, error| params.check().map_err(|_| error);
+        params.decision = DecisionParams {
+            threshold: self.decision_threshold,
+            on_delay: self.decision_on_delay_s,
+            off_delay: self.decision_off_delay_s,
+        };
+        check(&params, Error::Decision)?;
+        params.load = LoadParams { on_threshold: self.load_on, off_threshold: self.load_off };
+        check(&params, Error::Load)?;
+        params.velocity = VelocityParams {
+            speed: self.velocity_speed_m_s,
+            lever: self.velocity_lever_m,
+            floor: self.velocity_floor_m_s,
+        };
+        check(&params, Error::Velocity)?;
         if has_learnt {
             params.learnt = Some(self.learnt.checked()?);
-            params.check().map_err(|_| Error::Learnt)?;
+            check(&params, Error::Learnt)?;
         }
         Ok((params, stream))
     }

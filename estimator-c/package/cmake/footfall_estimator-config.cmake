@@ -1,4 +1,4 @@
-# Target footfall::estimator. FOOTFALL_PROCESSOR is the folder of src with its library.
+# Target footfall::estimator. FOOTFALL_PROCESSOR is the folder of src with its library, or `generic` for the file of C.
 #
 # If you do not set FOOTFALL_PROCESSOR, it follows from the macros that the compiler of C or C++ defines with the
 # options of CMAKE_C_FLAGS or CMAKE_CXX_FLAGS, and of add_compile_options() so far.
@@ -82,7 +82,8 @@ function(_footfall_processor processor reason)
     "_WIN32 \;__x86_64__ \;windows/x86_64"
     "__linux__ \;__aarch64__ \;__LP64__ \;aarch64"
     "__linux__ \;__x86_64__ \;__LP64__ \;x86_64"
-    "__linux__ \;__i386__ \;i386")
+    "__linux__ \;__i386__ \;i386"
+    "__XTENSA__ \;generic")
   foreach(row IN LISTS rows)
     set(patterns ${row})
     list(GET patterns -1 found)
@@ -110,7 +111,9 @@ function(_footfall_find)
   else()
     set(processor "${FOOTFALL_PROCESSOR}")
   endif()
-  if(MSVC)
+  if(processor STREQUAL generic)
+    set(library "${source}/generic/footfall_estimator.c")
+  elseif(MSVC)
     set(library "${source}/${processor}/footfall_estimator.lib")
   else()
     set(library "${source}/${processor}/libfootfall_estimator.a")
@@ -121,12 +124,20 @@ function(_footfall_find)
   if(why)
     set(footfall_estimator_FOUND FALSE PARENT_SCOPE)
     set(footfall_estimator_NOT_FOUND_MESSAGE
-      "footfall_estimator: ${why}. Set FOOTFALL_PROCESSOR to a folder of ${source}, or build one: cargo xtask library --target TARGET"
+      "footfall_estimator: ${why}. Set FOOTFALL_PROCESSOR to a folder of ${source}, such as generic, or build one: cargo xtask library --target TARGET"
       PARENT_SCOPE)
     return()
   endif()
   set(FOOTFALL_PROCESSOR "${processor}" PARENT_SCOPE)
-  if(NOT TARGET footfall::estimator)
+  if(processor STREQUAL generic AND NOT TARGET footfall::estimator)
+    add_library(footfall_estimator_generic STATIC "${library}")
+    target_include_directories(footfall_estimator_generic PUBLIC "${source}")
+    target_compile_definitions(footfall_estimator_generic PRIVATE FOOTFALL_GENERIC)
+    if(CMAKE_C_COMPILER_ID MATCHES "GNU|Clang")
+      target_compile_options(footfall_estimator_generic PRIVATE -ffp-contract=off)
+    endif()
+    add_library(footfall::estimator ALIAS footfall_estimator_generic)
+  elseif(NOT TARGET footfall::estimator)
     add_library(footfall::estimator STATIC IMPORTED GLOBAL)
     set_target_properties(footfall::estimator PROPERTIES
       IMPORTED_LOCATION "${library}"

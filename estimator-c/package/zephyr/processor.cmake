@@ -47,6 +47,9 @@ elseif(CONFIG_RISCV AND NOT CONFIG_64BIT)
     set(processor riscv32/ilp32f)
     set(target riscv32imafc-unknown-none-elf)
   endif()
+elseif(CONFIG_XTENSA)
+  # A file of C, for which there is no target of Rust.
+  set(processor generic)
 elseif(CONFIG_ARCH_POSIX)
   # A program for this machine, with 32 bits unless the board's name says otherwise: native_sim/native/64.
   if(CMAKE_HOST_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64)$")

@@ -1,6 +1,7 @@
 //! Programs in C and C++ with the static library: the example gives the bits of the Rust estimator over recorded walks; the
 //! header has the layout of the library.
 
+mod boards;
 mod packages;
 mod support;
 

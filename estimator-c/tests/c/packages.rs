@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
+use xtask::library;
+
 use super::support::{ARCHIVE, WARNINGS, assert_same_bits, folder, run};
 use super::{CPP, installed};
 
@@ -16,7 +18,7 @@ static HOST: LazyLock<PathBuf> = LazyLock::new(|| {
     let dist = folder().join("../dist");
     fs::create_dir_all(&dist).expect("a folder");
     // Not by `cargo xtask`, which would compile the dependencies of that package once more, with its features alone.
-    xtask::library::run_for(host, &dist).expect("it builds")
+    library::run_for(host, &dist).expect("it builds")
 });
 
 /// A project in `CMake` that lies in a temporary folder.
@@ -336,7 +338,23 @@ function(zephyr_library_import name library)
   check("${library}")
   message(STATUS "linked: ${library}")
 endfunction()
+function(zephyr_library_named name)
+endfunction()
+function(zephyr_library_compile_definitions)
+endfunction()
+function(zephyr_library_compile_options)
+endfunction()
+function(zephyr_library_sources file)
+  check("${file}")
+  message(STATUS "compiled: ${file}")
+endfunction()
 function(idf_component_register)
+  cmake_parse_arguments(registered "" "SRCS;INCLUDE_DIRS" "" ${ARGN})
+  if(registered_SRCS)
+    check("${CMAKE_CURRENT_LIST_DIR}/${registered_SRCS}")
+  endif()
+endfunction()
+function(target_compile_options)
 endfunction()
 function(add_prebuilt_library name library)
   check("${library}")
@@ -398,27 +416,35 @@ fn boards_of_zephyr_link_their_libraries() {
         let expected = format!("/src/{expected}/libfootfall_estimator.a");
         assert!(printed.trim().ends_with(&expected), "{name}: {printed}");
     }
-    let other = script(&file, &board("qemu_xtensa", "XTENSA"));
+    let xtensa = script(&file, &board("qemu_xtensa", "XTENSA"));
+    let printed = String::from_utf8_lossy(&xtensa.stdout);
+    assert!(printed.trim().ends_with("/src/generic/footfall_estimator.c"), "{printed}");
+    let other = script(&file, &board("qemu_arc_em", "ARC"));
     let errors = String::from_utf8_lossy(&other.stderr);
-    assert!(errors.contains("no library for the processor of qemu_xtensa"), "{errors}");
+    assert!(errors.contains("no library for the processor of qemu_arc_em"), "{errors}");
 }
 
 #[test]
 #[ignore = "full: packs for each processor"]
 fn chips_of_esp_idf_link_their_libraries() {
-    for (chip, is_supported) in [
-        ("esp32c2", true),
-        ("esp32c3", true),
-        ("esp32c6", true),
-        ("esp32h2", true),
-        ("esp32p4", true),
-        ("esp32s3", false),
-    ] {
+    let component = fs::read_to_string(ARCHIVE.join("idf_component.yml")).expect("a component");
+    let (_, targets) = component.split_once("targets:\n").expect("its chips");
+    let chips = targets.lines().filter_map(|line| line.trim().strip_prefix("- "));
+    let chips: Vec<&str> = chips.collect();
+    let mut expected: Vec<&str> =
+        library::folders().filter(|folder| folder.starts_with("esp32")).collect();
+    // Those with an Xtensa compile the file of C.
+    expected.extend(["esp32", "esp32s2", "esp32s3"]);
+    expected.sort_unstable();
+    assert_eq!(chips, expected);
+    for (chip, is_supported) in
+        chips.into_iter().map(|chip| (chip, true)).chain([("esp8684", false)])
+    {
         let settings = ["ESP_PLATFORM=1".to_owned(), format!("IDF_TARGET={chip}")];
         let output = script(&ARCHIVE.join("CMakeLists.txt"), &settings);
         let errors = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.success(), is_supported, "{chip}: {errors}");
-        assert!(is_supported || errors.contains("there is no library for esp32s3"), "{errors}");
+        assert!(is_supported || errors.contains("there is no library for esp8684"), "{errors}");
     }
 }
 
@@ -459,6 +485,8 @@ fn module_of_zephyr_builds_from_source() {
 const KCONFIG: &str = "mainmenu \"test\"
 config CPU_CORTEX_M
 \tbool \"m\"
+config XTENSA
+\tbool \"xtensa\"
 config ARCH_POSIX
 \tbool \"posix\"
 config RISCV
@@ -478,7 +506,7 @@ kconfig = kconfiglib.Kconfig(sys.argv[1], warn_to_stderr=False)
 kconfig.warn = True
 ours = kconfig.syms["FOOTFALL_ESTIMATOR"]
 assert any(node.help for node in ours.nodes), "it has no help"
-for symbols in ("", "CPU_CORTEX_M", "ARCH_POSIX", "RISCV", "RISCV RISCV_ISA_EXT_M RISCV_ISA_EXT_C",
+for symbols in ("", "CPU_CORTEX_M", "XTENSA", "ARCH_POSIX", "RISCV", "RISCV RISCV_ISA_EXT_M RISCV_ISA_EXT_C",
                 "RISCV RISCV_ISA_EXT_M RISCV_ISA_EXT_C 64BIT"):
     kconfig.unset_values()
     for symbol in symbols.split():
@@ -502,7 +530,7 @@ fn kconfig_offers_the_module_to_supported_processors() {
     let mut read = Command::new(python.join("bin/python"));
     let printed = run(read.args(["-c", READ_KCONFIG]).arg(&root)).stdout;
     let printed = String::from_utf8(printed).expect("text");
-    let expected = ": n\nCPU_CORTEX_M: y\nARCH_POSIX: y\nRISCV: n\n\
+    let expected = ": n\nCPU_CORTEX_M: y\nXTENSA: y\nARCH_POSIX: y\nRISCV: n\n\
                     RISCV RISCV_ISA_EXT_M RISCV_ISA_EXT_C: y\n\
                     RISCV RISCV_ISA_EXT_M RISCV_ISA_EXT_C 64BIT: n\n";
     assert_eq!(printed, expected);
@@ -632,7 +660,8 @@ class Environment(dict):
     linked = None
     def Dir(self, name): return Node(sys.argv[1])
     def BoardConfig(self): return self["BOARD"]
-    def Append(self, LIBPATH, LIBS): self.linked = LIBPATH[0]
+    def Append(self, LIBPATH=None, LIBS=None, CPPDEFINES=None, CCFLAGS=None):
+        self.linked = LIBPATH[0] if LIBPATH else pathlib.Path(sys.argv[1]) / "src" / CPPDEFINES[0]
 script = compile((pathlib.Path(sys.argv[1]) / "platformio.py").read_text(), "platformio.py", "exec")
 for board, flags in [
     ({"build.cpu": "cortex-m4"}, ["-Os", ("-include", "file.h"), "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16"]),
@@ -643,6 +672,7 @@ for board, flags in [
     ({"build.cpu": "cortex-m33"}, ["-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"]),
     ({"build.mcu": "imxrt1062"}, ["-mfloat-abi=hard", "-mfpu=fpv5-d16"]),
     (None, []),
+    ({"build.mcu": "esp32s3"}, ["-mlongcalls"]),
     ({"build.mcu": "atmega328p"}, []),
 ]:
     env = Environment(CCFLAGS=flags, **({"BOARD": board} if board else {}))
@@ -660,6 +690,6 @@ fn platformio_links_the_library_of_the_board() {
     let printed = run(python.args(["-c", PLATFORMIO]).arg(ARCHIVE.as_path())).stdout;
     let printed = String::from_utf8(printed).expect("text");
     let expected = "cortex-m4/fpv4-sp-d16-hard\nesp32c3\ncortex-m0plus\ncortex-m33/softfp\n\
-         cortex-m7/fpv4-sp-d16-hard\ncortex-m33/fpv4-sp-d16-hard\nimxrt1062/fpv5-d16-hard\nx86_64\nfootfall\n";
+         cortex-m7/fpv4-sp-d16-hard\ncortex-m33/fpv4-sp-d16-hard\nimxrt1062/fpv5-d16-hard\nx86_64\nFOOTFALL_GENERIC\nfootfall\n";
     assert_eq!(printed, expected);
 }

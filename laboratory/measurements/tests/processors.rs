@@ -102,6 +102,21 @@ const PROCESSORS: [Processor; 16] = [
     Processor { folder: "x86_64", compiler: "cc", options: "", run: "" },
 ];
 
+/// Folder of the file of C that stands in for a library.
+const GENERIC: &str = "generic";
+
+/// Processors for which that file is compiled.
+const GENERICS: [Processor; 5] = [
+    cortex_m(GENERIC, "-mcpu=cortex-m0", M0),
+    cortex_m(GENERIC, "-mcpu=cortex-m3", M3),
+    cortex_m(GENERIC, "-mcpu=cortex-m4 -mfpu=fpv4-sp-d16 -mfloat-abi=hard", M4),
+    riscv32(GENERIC, "-march=rv32imc -mabi=ilp32"),
+    Processor { folder: GENERIC, compiler: "cc", options: SANITIZED, run: "" },
+];
+
+/// Options for this machine, where each unaligned or undefined operation ends the program.
+const SANITIZED: &str = "-fsanitize=address,undefined -fno-sanitize-recover";
+
 /// Compiles the example for a processor, with more files, and returns the command that runs it.
 fn program_for(processor: &Processor, archive: &Path, to: &Path, more: &[&str]) -> Command {
     let board = folder().join("examples/board");
@@ -119,8 +134,14 @@ fn program_for(processor: &Processor, archive: &Path, to: &Path, more: &[&str]) 
     if processor.compiler.starts_with("riscv") {
         command.args(RISCV.split_whitespace()).arg(board.join("input.c"));
     }
-    command.args(more).arg("-L").arg(archive.join("src").join(processor.folder));
-    run(command.args(["-lfootfall_estimator", "-Wl,--gc-sections", "-o"]).arg(to));
+    command.args(more);
+    let library = archive.join("src").join(processor.folder);
+    if processor.folder == GENERIC {
+        command.arg("-DFOOTFALL_GENERIC").arg(library.join("footfall_estimator.c")).arg("-lm");
+    } else {
+        command.arg("-L").arg(library).arg("-lfootfall_estimator");
+    }
+    run(command.args(["-Wl,--gc-sections", "-o"]).arg(to));
     let line = if is_arm {
         format!("{QEMU_ARM} {} -kernel", processor.run)
     } else {
@@ -142,6 +163,141 @@ fn every_library_of_the_archive_has_the_bits_of_rust() {
         let program = temporary.path().join("walk");
         assert_same_bits(temporary.path(), || program_for(processor, archive, &program, &[]));
     }
+}
+
+#[test]
+#[ignore = "full: compiles for each processor"]
+fn generic_c_has_the_bits_of_rust() {
+    let archive = ARCHIVE.as_path();
+    let temporary = tempfile::tempdir().expect("a temporary directory");
+    for processor in &GENERICS {
+        println!("{} {}", processor.compiler, processor.options);
+        let program = temporary.path().join("walk");
+        assert_same_bits(temporary.path(), || program_for(processor, archive, &program, &[]));
+    }
+}
+
+/// An Xtensa's compiler takes the file, as that of a sketch is taken. Its library has no floating point, which the ROM of its
+/// chip has, so that nothing is linked.
+#[test]
+#[ignore = "full: compiles for each processor"]
+fn generic_c_compiles_for_an_xtensa_without_an_option() {
+    let temporary = tempfile::tempdir().expect("a temporary directory");
+    let object = temporary.path().join("generic.o");
+    run(Command::new("xtensa-lx106-elf-gcc")
+        .args(["-std=gnu99", "-Os", "-mlongcalls", "-isystem", "/usr/lib/xtensa-lx106-elf/include"])
+        .args(WARNINGS)
+        .arg("-I")
+        .arg(ARCHIVE.join("src"))
+        .arg("-c")
+        .arg(ARCHIVE.join("src").join(GENERIC).join("footfall_estimator.c"))
+        .arg("-o")
+        .arg(&object));
+    assert!(code_size(&object) > 20_000);
+}
+
+/// A program that prints the answers to right and wrong calls of each function.
+const CALLS: &str = r#"#include <stdio.h>
+#include <string.h>
+
+#include "footfall_estimator.h"
+
+static footfall_memory memory, moved;
+static footfall_sample samples[16];
+
+static void show(const char *name, footfall_error error) { printf("%s %d %s\n", name, (int)error, footfall_error_text(error)); }
+
+/* A read of eight samples of a foot that stands, and a flag for each. */
+static void read(footfall_estimator *estimator, uint64_t newest_us, float force) {
+    int i;
+    memset(samples, 0, sizeof samples);
+    for (i = 0; i < 8; i++) samples[i].specific_force_m_s2[2] = force;
+    samples[7].timestamp_us = newest_us;
+    if (footfall_estimator_spread_timestamps(estimator, samples, 8) != FOOTFALL_OK) printf("spread\n");
+    for (i = 0; i < 8; i++) {
+        footfall_estimate e;
+        const footfall_error error = footfall_estimator_update(estimator, &samples[i], NULL, &e);
+        printf("%lu %d %.9g %lu %d\n", (unsigned long)e.timestamp_us, (int)error, (double)e.stable, (unsigned long)e.flags, e.decision);
+    }
+}
+
+int main(void) {
+    footfall_params params;
+    footfall_estimator *estimator;
+    footfall_estimate estimate;
+    footfall_learnt learnt;
+    float force;
+    int i;
+    char *bytes = (char *)&moved;
+    printf("%s\n", footfall_version());
+    for (i = -1; i < 14; i++) show("text", i);
+    show("params", footfall_default_params(NULL));
+    show("params", footfall_default_params((footfall_params *)(void *)(bytes + 1)));
+    show("params", footfall_default_params(&params));
+    printf("%g %g %g\n", (double)params.sample_rate_hz, (double)params.decision_threshold, (double)params.velocity_floor_m_s);
+    show("init", footfall_estimator_init(NULL, sizeof memory, &params, &estimator));
+    show("init", footfall_estimator_init(&memory, sizeof memory, NULL, &estimator));
+    show("init", footfall_estimator_init(&memory, sizeof memory, &params, NULL));
+    show("init", footfall_estimator_init(&memory, 100, &params, &estimator));
+    show("init", footfall_estimator_init(bytes + 1, sizeof memory, &params, &estimator));
+    printf("%d\n", estimator == NULL);
+    params.sample_rate_hz = 1;
+    show("init", footfall_estimator_init(&memory, sizeof memory, &params, &estimator));
+    params.sample_rate_hz = 1000;
+    show("update", footfall_estimator_update((footfall_estimator *)(void *)&memory, samples, NULL, &estimate));
+    show("init", footfall_estimator_init(&memory, sizeof memory, &params, &estimator));
+    printf("%d %d\n", (void *)estimator == (void *)&memory, footfall_estimator_size() <= sizeof memory);
+    show("update", footfall_estimator_update(NULL, samples, NULL, &estimate));
+    show("update", footfall_estimator_update(estimator, NULL, NULL, &estimate));
+    show("update", footfall_estimator_update(estimator, samples, NULL, NULL));
+    show("update", footfall_estimator_update(estimator, samples, (const float *)(const void *)(bytes + 1), &estimate));
+    printf("%g %lu\n", (double)estimate.velocity_sigma_m_s, (unsigned long)estimate.flags);
+    show("spread", footfall_estimator_spread_timestamps(estimator, NULL, 8));
+    show("spread", footfall_estimator_spread_timestamps(estimator, samples, FOOTFALL_MOST_SAMPLES + 1));
+    show("spread", footfall_estimator_spread_timestamps(estimator, samples, 0));
+    show("force", footfall_estimator_force_at_rest(estimator, NULL));
+    show("learnt", footfall_estimator_learnt(estimator, NULL));
+    show("learnt", footfall_estimator_learnt(NULL, &learnt));
+    for (i = 0; i < 200; i++) read(estimator, 7000000 + 8000 * (uint64_t)i + (i == 120 ? 100000 : 0), 7.5F);
+    show("unit", footfall_estimator_check_unit(estimator));
+    show("force", footfall_estimator_force_at_rest(estimator, &force));
+    printf("%.9g\n", (double)force);
+    show("learnt", footfall_estimator_learnt(estimator, &learnt));
+    for (i = 0; i < 28; i++) printf("%02x", learnt.bytes[i]);
+    moved = memory;
+    memset(&memory, 0, sizeof memory);
+    read((footfall_estimator *)(void *)&moved, 8608000, 9.81F);
+    show("update", footfall_estimator_update((footfall_estimator *)(void *)&memory, samples, NULL, &estimate));
+    return 0;
+}
+"#;
+
+#[test]
+#[ignore = "full: compiles for each processor"]
+fn generic_c_answers_each_call_as_the_library() {
+    let temporary = tempfile::tempdir().expect("a temporary directory");
+    let source = temporary.path().join("calls.c");
+    fs::write(&source, CALLS).expect("a file");
+    let [library, generic] = ["x86_64", GENERIC].map(|folder| {
+        let program = temporary.path().join(folder);
+        let folder = ARCHIVE.join("src").join(folder);
+        let mut command = Command::new("cc");
+        command.args(["-std=c99", "-O2"]).args(WARNINGS).arg("-I").arg(ARCHIVE.join("src"));
+        command.arg(&source).arg("-o").arg(&program);
+        let generic = folder.join("footfall_estimator.c");
+        if generic.is_file() {
+            command.arg("-DFOOTFALL_GENERIC").args(SANITIZED.split(' ')).arg(generic);
+        } else {
+            command.arg(folder.join("libfootfall_estimator.a"));
+        }
+        run(command.arg("-lm"));
+        String::from_utf8(run(&mut Command::new(program)).stdout).expect("text")
+    });
+    assert!(library.lines().count() > 1_600, "{library}");
+    for (line, (generic, library)) in generic.lines().zip(library.lines()).enumerate() {
+        assert_eq!(generic, library, "line {line}");
+    }
+    assert_eq!(generic.len(), library.len());
 }
 
 #[test]
@@ -233,15 +389,25 @@ fn instructions_of_an_update_are_in_the_results() {
          an update in QEMU over a walk at 1 kHz, to hundreds. The bound is 15 % above the largest count.",
     )
     .measured_by("cargo test -p measurements instructions_of_an_update_are_in_the_results -- --ignored");
+    let mut measured = Vec::new();
     for processor in PROCESSORS.iter().filter(|other| other.run.contains("-machine")) {
-        let [init, update, _] = stack(processor);
-        let counted = Counter::new(processor).count(&walk("walk.csv").0);
         let size =
             code_size(&archive.join("src").join(processor.folder).join("libfootfall_estimator.a"));
         assert!(size <= LARGEST_LIBRARY, "{}: {size} bytes", processor.folder);
+        measured.push((processor.folder.to_owned(), processor, size));
+    }
+    // Arm stands for the others, for which a library is better, too.
+    for processor in GENERICS.iter().filter(|other| other.compiler.starts_with("arm")) {
+        let cpu = processor.options.split(' ').next().and_then(|cpu| cpu.strip_prefix("-mcpu="));
+        let name = format!("{GENERIC}, {}", cpu.expect("a processor"));
+        measured.push((name, processor, generic_size(processor)));
+    }
+    for (name, processor, size) in measured {
+        let [init, update, _] = stack(processor);
+        let counted = Counter::new(processor).count(&walk("walk.csv").0);
         let rounded = |count: u32| (count + 50) / 100 * 100;
         result.row([
-            ("processor", processor.folder.into()),
+            ("processor", name.into()),
             ("library_bytes", size.into()),
             ("init_stack_bytes", init.into()),
             ("update_stack_bytes", update.into()),
@@ -359,6 +525,22 @@ fn stack_of_each_library_is_within_the_bounds() {
         assert!(init > 0 && init <= MOST_INIT_STACK, "{}: init {init}", processor.folder);
         assert!(update > 0 && update <= MOST_UPDATE_STACK, "{}: update {update}", processor.folder);
     }
+}
+
+/// Bytes of code and constants of the file of C for a processor.
+fn generic_size(processor: &Processor) -> u32 {
+    let temporary = tempfile::tempdir().expect("a temporary directory");
+    let object = temporary.path().join("generic.o");
+    run(Command::new(processor.compiler)
+        .args(["-std=gnu99", "-Os", "-mthumb", "-DFOOTFALL_GENERIC"])
+        .args(processor.options.split(' '))
+        .arg("-I")
+        .arg(ARCHIVE.join("src"))
+        .arg("-c")
+        .arg(ARCHIVE.join("src").join(GENERIC).join("footfall_estimator.c"))
+        .arg("-o")
+        .arg(&object));
+    code_size(&object)
 }
 
 /// Bytes of code and constants in a library.
