@@ -115,9 +115,10 @@ impl Keys {
 mod tests {
     use super::*;
 
-    /// Files of a private key, its public half, the public half of another key, and a key that is too short.
-    fn keys() -> [PathBuf; 4] {
-        let folder = root().join("target/tmp/keys-test");
+    /// Files of a private key, its public half, the public half of another key, and a key that is too short. Each test has a
+    /// folder of its own, because tests run at the same time.
+    fn keys(test: &str) -> [PathBuf; 4] {
+        let folder = root().join("target/tmp/keys-test").join(test);
         fs::create_dir_all(&folder).expect("a folder");
         let write = |name: &str, bytes: &[u8]| {
             let path = folder.join(name);
@@ -135,7 +136,7 @@ mod tests {
 
     #[test]
     fn release_takes_only_a_key_that_matches_its_bootloader() {
-        let [own, public, other, short] = keys();
+        let [own, public, other, short] = keys("release");
         let keys = Keys::read(&own, &public).expect("keys that belong together");
         assert_eq!(keys.private, own);
         let refused = |private: &Path, public: &Path| {
@@ -151,7 +152,7 @@ mod tests {
 
     #[test]
     fn bootloader_with_another_key_is_refused() {
-        let [own, public, other, _] = keys();
+        let [own, public, other, _] = keys("bootloader");
         let keys = Keys::read(&own, &public).expect("keys that belong together");
         let bootloader = |key: &Path| {
             let path = key.with_extension("elf");
