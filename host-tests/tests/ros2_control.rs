@@ -177,8 +177,16 @@ fn hardware_component_exports_the_feet_of_both_kinds_of_lines() {
     script.line("read 1.21");
     script.line("unplug FL");
     script.line("read 1.22");
+    script.can(Pdo::Contact, Foot::RearLeft, &on_bus(&stance));
+    script.line("read 1.23");
+    // The clock is set back. The foot counts again from its next contact on.
+    script.line("read 0.2");
+    script.can(Pdo::Contact, Foot::RearLeft, &on_bus(&stance));
+    script.line("read 0.21");
 
-    let [before, first, second, silent, swapped, unplugged] = script.run(&compiled())[..] else {
+    let [before, first, second, silent, swapped, unplugged, on_time, set_back, again] =
+        script.run(&compiled())[..]
+    else {
         panic!("a line for each read");
     };
     assert!(before.into_iter().flatten().all(f64::is_nan));
@@ -195,6 +203,10 @@ fn hardware_component_exports_the_feet_of_both_kinds_of_lines() {
     assert!(silent.into_iter().all(|foot| foot[..3] == DOUBTFUL[..3]), "{silent:?}");
     assert_near(swapped[1], UNKNOWN);
     assert_near(unplugged[0], DOUBTFUL);
+    let standing = [1.0, f64::from(P16::new(0.9).probability()), 100.0, 0.0];
+    assert_near(on_time[2], standing);
+    assert_near(set_back[2], DOUBTFUL);
+    assert_near(again[2], standing);
 }
 
 #[test]

@@ -20,6 +20,13 @@ constexpr double RATE_LASTS_S = 0.05;
 
 double zero_or_one(bool is_one) {return is_one ? 1.0 : 0.0;}
 
+/// Returns whether what came at `at_s` still counts at `now_s`. After a clock has been set back nothing does.
+bool is_recent(double at_s, double now_s, double lasts_s)
+{
+  const double age_s = now_s - at_s;
+  return age_s >= 0.0 && age_s <= lasts_s;
+}
+
 }  // namespace
 
 Foot::Foot(uint8_t node, const VelocityParameters & velocity, double silent_after_s)
@@ -78,7 +85,7 @@ double Foot::sigma_v(double now_s) const
   if (!contact_->status.valid || !(contact_->p_stable > 0.0)) {
     return MOST_SIGMA;
   }
-  if (!rate_ || now_s - rate_->at_s > RATE_LASTS_S) {
+  if (!rate_ || !is_recent(rate_->at_s, now_s, RATE_LASTS_S)) {
     return MOST_SIGMA;
   }
   const double odds_against = (1.0 - contact_->p_stable) / contact_->p_stable;
@@ -93,7 +100,7 @@ FootValues Foot::values(double now_s) const
   if (!contact_ || wrong_node_ != 0) {
     return {UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN};
   }
-  if (now_s - contact_->at_s > silent_after_s_) {
+  if (!is_recent(contact_->at_s, now_s, silent_after_s_)) {
     return {0.0, 0.0, MOST_SIGMA, UNKNOWN};
   }
   const auto & status = contact_->status;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <locale>
+#include <sstream>
 #include <stdexcept>
 #include <string_view>
 #include <unordered_map>
@@ -45,7 +47,7 @@ constexpr NamedNode NODES[] = {
   {"FL", 0x11}, {"FR", 0x12}, {"RL", 0x13}, {"RR", 0x14}, {"L", 0x15}, {"R", 0x16},
 };
 
-/// Period of attempts to open a port that has gone, s.
+/// Period of attempts to open a line that has gone, s.
 constexpr double OPEN_AGAIN_S = 1.0;
 
 /// Frames or pieces that one read takes at most, so that a flood does not delay the control loop.
@@ -66,19 +68,24 @@ double number_of(
   if (text.empty()) {
     return otherwise;
   }
-  size_t used = 0;
+  std::istringstream stream(text);
+  // The point is the separator of decimals, whatever the locale of the controller manager is.
+  stream.imbue(std::locale::classic());
   double number = NAN;
-  try {
-    number = std::stod(text, &used);
-  } catch (const std::exception &) {
-    // Reported below.
-  }
-  if (used != text.size() || !(number >= least && number <= most)) {
+  stream >> std::noskipws >> number;
+  const bool is_whole = !stream.fail() && stream.peek() == std::istringstream::traits_type::eof();
+  if (!is_whole || !(number >= least && number <= most)) {
     throw std::invalid_argument(
             name + " is " + text + ", and not a number from " + std::to_string(least) + " to " +
             std::to_string(most));
   }
   return number;
+}
+
+/// Returns whether the next attempt to open a line is due. After a clock has been set back it is.
+bool is_due(double newest_attempt_s, double now_s)
+{
+  return now_s < newest_attempt_s || now_s - newest_attempt_s >= OPEN_AGAIN_S;
 }
 
 uint8_t node_of_name(const std::string & name)
@@ -124,8 +131,12 @@ bool FootfallSensor::add(const hardware_interface::ComponentInfo & component)
 {
   const std::string & name = component.name;
   const std::string port = text_of(component.parameters, "port");
-  const auto node = static_cast<uint8_t>(
-    number_of(component.parameters, "node", node_of_name(name), 0.0, 127.0));
+  const double number = number_of(component.parameters, "node", node_of_name(name), 0.0, 127.0);
+  const auto node = static_cast<uint8_t>(number);
+  if (node != number) {
+    RCLCPP_ERROR(get_logger(), "%s has the node %f, which is not an integer", name.c_str(), number);
+    return false;
+  }
   if (port.empty() && (node == 0 || can_interface_.empty())) {
     RCLCPP_ERROR(
       get_logger(), "%s has no port: give the sensor a port, or can_interface and the sensor a node",
@@ -159,10 +170,10 @@ bool FootfallSensor::add(const hardware_interface::ComponentInfo & component)
 
 CallbackReturn FootfallSensor::on_configure(const rclcpp_lifecycle::State &)
 {
-  std::vector<uint8_t> nodes;
+  nodes_.clear();
   for (Sensor & sensor : sensors_) {
     if (sensor.port.empty()) {
-      nodes.push_back(sensor.foot.node());
+      nodes_.push_back(sensor.foot.node());
       continue;
     }
     const std::string error = sensor.serial.open(sensor.port, baud_);
@@ -171,8 +182,8 @@ CallbackReturn FootfallSensor::on_configure(const rclcpp_lifecycle::State &)
       return CallbackReturn::FAILURE;
     }
   }
-  if (!nodes.empty()) {
-    const std::string error = bus_.open(can_interface_, nodes);
+  if (!nodes_.empty()) {
+    const std::string error = bus_.open(can_interface_, nodes_);
     if (!error.empty()) {
       RCLCPP_ERROR(get_logger(), "%s", error.c_str());
       return CallbackReturn::FAILURE;
@@ -222,6 +233,12 @@ return_type FootfallSensor::read(const rclcpp::Time & time, const rclcpp::Durati
 
 void FootfallSensor::read_bus(double now_s)
 {
+  if (!bus_.is_open() && !nodes_.empty() && is_due(bus_opened_at_s_, now_s)) {
+    bus_opened_at_s_ = now_s;
+    if (bus_.open(can_interface_, nodes_).empty()) {
+      RCLCPP_INFO(get_logger(), "%s is back", can_interface_.c_str());
+    }
+  }
   CanFrame frame;
   for (int count = 0; bus_.is_open() && count < MOST_READS; ++count) {
     switch (bus_.next(frame)) {
@@ -234,6 +251,7 @@ void FootfallSensor::read_bus(double now_s)
         // All its feet fall silent.
         RCLCPP_ERROR(get_logger(), "%s is lost", can_interface_.c_str());
         bus_.close();
+        bus_opened_at_s_ = now_s;
         return;
     }
   }
@@ -255,7 +273,7 @@ void FootfallSensor::take(const CanFrame & frame, double now_s)
 void FootfallSensor::read_serial(Sensor & sensor, double now_s)
 {
   if (!sensor.serial.is_open()) {
-    if (now_s - sensor.opened_at_s < OPEN_AGAIN_S) {
+    if (!is_due(sensor.opened_at_s, now_s)) {
       return;
     }
     sensor.opened_at_s = now_s;

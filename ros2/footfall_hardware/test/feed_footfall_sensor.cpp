@@ -103,6 +103,8 @@ void check_refusals()
   require(is_refused(info), "a foot of another name without a node is refused");
   info.sensors.back().parameters["node"] = "17";
   require(is_refused(info), "two feet of one node are refused");
+  info.sensors.back().parameters["node"] = "18.5";
+  require(is_refused(info), "a node with decimals is refused");
   info.sensors.back().parameters["node"] = "18";
   require(!is_refused(info), "a foot of another node is taken");
   info.sensors.back().state_interfaces.push_back({"force"});
@@ -110,6 +112,8 @@ void check_refusals()
   info.sensors.pop_back();
   info.hardware_parameters["silent_after"] = "soon";
   require(is_refused(info), "a text in place of a number is refused");
+  info.hardware_parameters["silent_after"] = "0.05s";
+  require(is_refused(info), "a number with a unit is refused");
 }
 
 void run()

@@ -35,7 +35,8 @@ struct FootValues
   double slip;
 };
 
-/// Newest state of a foot. Times are in seconds, on any clock that does not go back.
+/// Newest state of a foot. Times are in seconds, on one clock. If the clock is set back, as a simulated clock is at a restart, the
+/// foot is silent until its next contact.
 class Foot
 {
 public:

@@ -3,6 +3,7 @@
 #ifndef FOOTFALL_HARDWARE__FOOTFALL_SENSOR_HPP_
 #define FOOTFALL_HARDWARE__FOOTFALL_SENSOR_HPP_
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -65,6 +66,10 @@ private:
   double silent_after_s_ = 0.0;
   VelocityParameters velocity_;
   CanBus bus_;
+  /// Nodes of the feet on the bus.
+  std::vector<uint8_t> nodes_;
+  /// Time of the newest attempt to open a bus that was lost, s.
+  double bus_opened_at_s_ = -INFINITY;
   std::vector<Sensor> sensors_;
   std::vector<uint8_t> bytes_;
 };
