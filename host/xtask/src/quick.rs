@@ -32,7 +32,10 @@ pub fn run(commit: &str) -> Result<()> {
     let names = affected.iter().map(String::as_str);
     let on_hosts: Vec<&str> = names.filter(|name| !NOT_FOR_HOSTS.contains(name)).collect();
     if on_hosts.is_empty() {
-        eprintln!("no package of hosts is touched");
+        eprintln!(
+            "nothing was checked but the format: no package that a host builds has changed; `.ci/run` checks the laboratory \
+             and the programs of the boards"
+        );
         return Ok(());
     }
     let named = |names: &[&str]| {

@@ -1,6 +1,5 @@
 //! The documents: their links are valid, and the code that they name exists.
 
-use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -41,12 +40,12 @@ fn has_anchor(document: &str, wanted: &str) -> bool {
     })
 }
 
-/// Last name of a path of code: `tick` of `Foot::tick`. `None` for a file or other text.
+/// Last name of a path of code: `tick` of `Foot::tick`, `Named` of `Named`. `None` for a file or other text.
 fn code_name(text: &str) -> Option<&str> {
     let path = text.strip_prefix('`')?.strip_suffix('`')?;
     let name = path.rsplit("::").next()?;
     let is_name = |letter: char| letter.is_alphanumeric() || letter == '_';
-    (path.contains("::") && name.chars().all(is_name)).then_some(name)
+    name.chars().all(is_name).then_some(name)
 }
 
 /// Error of a link from a document.
@@ -75,16 +74,11 @@ fn problem(from: &Path, link: &Link<'_>) -> Option<String> {
     }
     let is_code = to.extension().is_some_and(|kind| kind == "rs");
     match code_name(link.text) {
-        Some(name) if module(&to).is_some_and(|module| module == name) => None,
+        // A file stands for its module, and for the packages and modules that contain it.
+        Some(name) if to.with_extension("").iter().any(|part| part == name) => None,
         Some(name) if is_code && !defines(&text, name) => Some(format!("does not define {name}")),
         _ => None,
     }
-}
-
-/// Name of the module in a file: that of the file, or of its folder for `mod.rs`.
-fn module(file: &Path) -> Option<&OsStr> {
-    let stem = file.file_stem()?;
-    if stem == "mod" { file.parent()?.file_name() } else { Some(stem) }
 }
 
 /// Returns whether code defines an item, a method or a field of this name.

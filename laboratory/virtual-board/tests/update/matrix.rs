@@ -542,13 +542,16 @@ const BY_DEFAULT: &str =
 
 /// Rows with these names.
 fn named(names: &str) -> Vec<&'static Row> {
-    let row = |name| ROWS.iter().find(|row| row.name == name).expect("a row");
+    let row = |name| {
+        let mut rows = ROWS.iter();
+        rows.find(|row| row.name == name).unwrap_or_else(|| panic!("no row {name}"))
+    };
     names.split([' ', ',']).map(row).collect()
 }
 
-/// All rows, or the rows that `FOOTFALL_ROWS` names, separated by commas.
+/// All rows, or the rows that `FOOTFALL_UPDATE_ROWS` names, separated by commas.
 fn chosen() -> Vec<&'static Row> {
-    match std::env::var("FOOTFALL_ROWS") {
+    match std::env::var("FOOTFALL_UPDATE_ROWS") {
         Ok(names) => named(&names),
         Err(_) => ROWS.iter().collect(),
     }
