@@ -103,6 +103,10 @@ fn invalid_setting_error_gives_name_and_range() {
         let (_, error) = foot(&bench, &format!("demo:speed=max {arguments}"));
         assert!(error.contains(expected), "{arguments}: {error}");
     }
+    // As an export has it.
+    let set = bench.command("foot demo:speed=max set").arg("decision.threshold = 0.6").output();
+    let output = text(&set.expect("it runs").stdout);
+    assert!(output.starts_with("decision.threshold: 0.5 → 0.6\n"), "{output}");
     let (set, _) = foot(&bench, "demo:speed=max set decision.threshold=0.75 --save");
     assert_eq!(set, "decision.threshold: 0.5 → 0.75\nstored\n");
 }

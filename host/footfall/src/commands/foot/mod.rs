@@ -641,11 +641,11 @@ fn parse_settings(settings: &[String], node: Option<NodeId>) -> Result<SettingVa
             .split_once('=')
             .filter(|(name, _)| !name.trim().is_empty())
             .ok_or_else(|| FootError::NoSetting(setting.clone()))?;
-        let named = Named::find(name)?;
+        let named = Named::find(name.trim())?;
         if !named.entry.is_setting() {
             return Err(FootError::NotWritable(named.name()).into());
         }
-        let value = named.parse(value, node)?;
+        let value = named.parse(value.trim(), node)?;
         if values.insert(named.address, value).is_some() {
             return Err(FootError::NamedTwice(named.name()).into());
         }
