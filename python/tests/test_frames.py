@@ -92,6 +92,8 @@ def test_classifier_has_the_estimate_of_a_warm_start(walk: footfall.Recording) -
     assert proba.shape == (len(walk), 2) and np.allclose(proba.sum(axis=1), 1.0)
     assert np.array_equal(warm.predict(X), proba[:, 1] > 0.5)
     assert walk.label is not None and warm.score(X, walk.label) > 0.85
+    with pytest.raises(ValueError, match="no label is 0 or 1"):
+        warm.score(X, np.full(len(walk), np.nan))
 
 
 @pytest.mark.parametrize("is_file", [False, True])

@@ -17,8 +17,8 @@ use stored::About;
 /// |---|---|---|
 /// | `t` | time of the sample on the recording's clock, six decimals | s |
 /// | `p_stable` | the foot does not move at all: stable contact | [0, 1] |
-/// | `p_tangential` | no motion along the ground and no turn about up | [0, 1] |
-/// | `p_vertical` | no lifting and no tilting | [0, 1] |
+/// | `p_tangential` | no motion along the ground; with half-widths also no turn about up | [0, 1] |
+/// | `p_vertical` | no lifting; with half-widths also no tilting | [0, 1] |
 /// | `p_ax` … `p_wz` | the foot does not move along or about one axis of the foot | [0, 1] |
 /// | `qw` … `qz` | orientation, Hamilton, foot → world | unit quaternion |
 /// | `lax`, `lay`, `laz` | linear acceleration, frame of the foot | m/s² |
@@ -35,7 +35,7 @@ use stored::About;
 pub const HEADER: &str = "t,p_stable,p_tangential,p_vertical,p_ax,p_ay,p_az,p_wx,p_wy,p_wz,\
      qw,qx,qy,qz,lax,lay,laz,bwx,bwy,bwz,sigma_v,state,decision,flags";
 
-/// Header of a recording, as [`input::table::csv`](crate::csv) reads it.
+/// Header of a recording, as [`csv`](crate::csv) reads it.
 const RECORDING_HEADER: &str = "t,ax,ay,az,wx,wy,wz,force,label,validity";
 
 /// Column before the others in a table of several feet: the name of the foot.

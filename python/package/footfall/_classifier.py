@@ -115,6 +115,8 @@ class ContactClassifier:
         """Returns the share of samples with a label 0 or 1 that :meth:`predict` classifies correctly."""
         label = floats("y", y)
         is_known = (label == 0.0) | (label == 1.0)
+        if not is_known.any():
+            raise ValueError("y is known for no sample: no label is 0 or 1")
         return float(np.mean(self.predict(X)[is_known] == label[is_known]))
 
 
