@@ -106,7 +106,7 @@ pub unsafe extern "C" fn footfall_estimator_init(
         let config = estimator::config(unsafe { &*params });
         // By reference: a second configuration would be on the stack below the estimator.
         let config = config.as_ref().map_err(|error| *error)?;
-        // SAFETY: Aligned, and large enough; nothing that was there needs to be dropped.
+        // SAFETY: The memory is aligned and large enough, and its previous contents need not be dropped.
         let place = unsafe { &mut *(&raw mut (*this).core).cast::<MaybeUninit<_>>() };
         estimator::build(place, config);
         // SAFETY: As above.

@@ -50,7 +50,8 @@ impl Before {
 
 const _: () = assert!(size_of::<Estimator>() <= SIZE && align_of::<Estimator>() <= 8);
 
-/// Configuration of checked parameters. A function of its own, so that they leave the stack before the estimator is made.
+/// Configuration of checked parameters. This is a function of its own, so that the parameters leave the stack before
+/// the estimator is made.
 #[inline(never)]
 pub(crate) fn config(params: &CParams) -> Result<(Config, Stream), Error> {
     let (params, stream) = params.checked()?;
@@ -88,8 +89,8 @@ impl Estimator {
         Ok(())
     }
 
-    /// Gives a sample its time for the estimator, and returns whether it has one. A function of its own, so that it leaves
-    /// the stack before the estimate is computed.
+    /// Gives a sample its time for the estimator, and returns whether it has one. This is a function of its own, so
+    /// that its variables leave the stack before the estimate is computed.
     #[inline(never)]
     fn prepare(&mut self, imu: &mut ImuSample) -> bool {
         self.before.gravity.push(imu);
@@ -119,8 +120,8 @@ impl Estimator {
         };
     }
 
-    /// Flags of samples that are not what the parameters say. The unit is compared only while the foot is in doubt, which a
-    /// wrong one does not end.
+    /// Flags of samples that contradict the parameters. The unit is checked only while another flag is set, because a
+    /// wrong unit keeps the foot in doubt.
     fn faults(&self, flags: u32) -> u32 {
         let mut faults = 0;
         if flags != 0 && self.core.implausible_force().is_some() {

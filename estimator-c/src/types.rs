@@ -217,7 +217,7 @@ impl CEstimate {
     /// Flag: gravity is not removed, see [`GravityCheck`](estimator_core::gravity::GravityCheck).
     pub const GRAVITY: u32 = 1 << 9;
 
-    /// [`ContactEstimate::DOUBTFUL`], where a sample was not processed.
+    /// [`ContactEstimate::DOUBTFUL`], for a sample that was not processed.
     #[must_use]
     pub fn doubtful() -> Self {
         (&ContactEstimate::DOUBTFUL).into()

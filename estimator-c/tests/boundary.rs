@@ -154,7 +154,7 @@ fn each_flipped_bit_of_the_learnt_state_is_rejected() {
     assert!(init(at, SIZE, &accepted).is_ok());
     for bit in 0..8 * size_of::<CLearnt>() {
         let mut params = accepted;
-        // SAFETY: Within the state, of which every bit pattern is a value.
+        // SAFETY: Within the state, in which every bit pattern is a value.
         unsafe { *(&raw mut params.learnt).cast::<u8>().add(bit / 8) ^= 1 << (bit % 8) };
         assert_eq!(init(at, SIZE, &params), Err(Error::Learnt as i32), "bit {bit}");
     }
@@ -226,8 +226,8 @@ fn stamps_that_jump_and_come_back_cost_one_sample_each() {
     }
 }
 
-/// Number of invalid samples of a foot that stands for 2 s at 1 kHz, read eight at a time, if the newest of a read has this
-/// time in µs.
+/// Number of invalid samples of a foot that stands for 2 s at 1 kHz. Samples are read eight at a time, and `newest_us`
+/// gives the time of the newest sample of a read.
 fn invalid_of_reads(newest_us: impl Fn(u64) -> u64) -> usize {
     flags_of_reads(newest_us).iter().filter(|flags| **flags & 16 != 0).count()
 }
@@ -432,7 +432,7 @@ fn any_bits_give_an_error_or_a_number_from_0_to_1() {
     let at = start(&mut memory);
     let (mut accepted, mut rejected) = (0, 0);
     for _ in 0..2_000 {
-        // Bits of one to three fields; of all fields, none would be accepted.
+        // The bits change one to three fields. If they changed all fields, no parameters would be accepted.
         let (mut params, bits) = (CParams::default(), fill::<CParams>(&mut random));
         for _ in 0..=random.bits() % 3 {
             match random.bits() % 6 {

@@ -15,7 +15,7 @@ use estimator_core::{ContactEstimator, Params, Stream};
 /// Time for which the passes of a case are repeated.
 const MEASURED: Duration = Duration::from_secs(2);
 
-/// A name, the number of samples in a pass, and the pass.
+/// Name of the case, number of samples in one pass, and the function that runs a pass.
 struct Case(&'static str, usize, Box<dyn FnMut()>);
 
 /// The kernel density estimate alone, with the paper's parameters.
@@ -69,7 +69,7 @@ fn error_function(name: &'static str, function: fn(f32) -> f32) -> Case {
     Case(name, ARGUMENTS, Box::new(pass))
 }
 
-/// Not inlined: only its instructions are counted, without those of the preparation.
+/// Not inlined, so that valgrind counts its instructions without the instructions of the preparation.
 #[inline(never)]
 fn pass(run: &mut dyn FnMut()) {
     run();

@@ -31,7 +31,7 @@ fn estimator() -> Result<ContactEstimator, ParamsError> {
     Ok(ContactEstimator::new(&Params::DEFAULT.validate()?, stream))
 }
 
-/// Estimates at each edge of the data-ready pin. `now_us` is a clock that does not go back, and `send` has the estimate.
+/// Estimates at each edge of the data-ready pin. `now_us` is a clock that does not go back, and `send` takes the estimate.
 async fn run_icm20948<SPI: SpiDevice>(
     spi: SPI,
     delay: impl DelayNs,
@@ -97,7 +97,7 @@ fn sample_of_bmi270<I2C: I2c, D: embedded_hal::delay::DelayNs>(
     }
 }
 
-/// Sample of a read that failed: one that is left out would be a gap.
+/// Sample in place of a failed read, because a sample that is left out would be a gap.
 fn invalid(timestamp: Timestamp) -> ImuSample {
     ImuSample { timestamp, validity: Validity::Invalid, ..ImuSample::default() }
 }

@@ -24,7 +24,7 @@ pub enum AnyConfig<const CAPACITY: usize> {
 }
 
 impl AnyParams {
-    /// Checks every field, also those of the other method, but the window only with [`Method::HalfWidths`].
+    /// Checks every field, including those that the chosen method does not use. Only [`Method::HalfWidths`] checks the window.
     ///
     /// # Errors
     /// The first field that is out of its range, with its value and the range, or a window that contains no sample at
@@ -48,7 +48,7 @@ impl AnyParams {
 
 /// The estimator of one foot, with the method that was chosen.
 #[derive(Clone, Debug)]
-// The estimator stays where it was built, with room for the larger one.
+// The larger variant is not boxed, because that needs an allocator, and the estimator is not moved once it is built.
 #[allow(clippy::large_enum_variant)]
 pub enum AnyEstimator<const CAPACITY: usize> {
     /// Estimator of [`Method::SelfCalibrating`].

@@ -111,8 +111,8 @@ pub enum Alignment {
 /// Longest time between samples, s, across which the gyroscope can be integrated for a foot that swings; three sample
 /// periods at low rates. A longer time is a gap, across which the turn is a guess.
 ///
-/// RMS of the tilt in the stances of simulated feet with 5 % of the samples lost in bursts. The error comes from the
-/// change of rate between the two samples on either side:
+/// Measured once: RMS of the tilt in the stances of simulated feet that lose 5 % of their samples in bursts, because
+/// the rate changes meanwhile (`host-tests/tests/attitude.rs` bounds 10 and 20 ms):
 ///
 /// | burst | walk | trot | run |
 /// |---|---|---|---|
@@ -125,8 +125,8 @@ const LONGEST_STEP: f32 = 0.03;
 
 /// Longest gap, s, across which the turn is guessed from the two samples on either side.
 ///
-/// A leg swings back, so the guess is a fair one: after a gap of 0.6 s it is wrong by 22° RMS on walking feet. If up
-/// had to be found again, P would be 0 for most of a second after each gap.
+/// A leg swings back, so the guess is a fair one. If up had to be found again, P would be 0 for most of a second
+/// after each gap.
 const LONGEST_GUESS: f32 = 1.0;
 
 /// Longest time for which a foot keeps turning in a gap, s.
@@ -401,7 +401,7 @@ impl AttitudeFilter {
         self.newest_correction
     }
 
-    /// Takes whether the foot certainly stood at the newest sample. It does not until this is called.
+    /// Records whether the foot certainly stands. Until the first call the filter assumes that it does not.
     pub(crate) const fn set_stands(&mut self, stands: bool) {
         self.stands = stands;
     }
@@ -411,8 +411,8 @@ impl AttitudeFilter {
         self.gravity.value()
     }
 
-    /// Angular rate at rest that has not been accepted as a bias for five seconds, or the bias if the corrections of a
-    /// walk have led beyond its limit for as long; rad/s. `None` if there is no such rate.
+    /// Angular rate, rad/s, that is not accepted as the bias: the rate of a rest, from five seconds on, or the bias
+    /// once the corrections of a walk have led beyond its limit for as long. `None` if there is no such rate.
     #[must_use]
     pub fn excess_bias(&self) -> Option<AngularRate> {
         self.bias.excess(self.rest.mean_rate()).map(AngularRate)
@@ -431,8 +431,8 @@ impl AttitudeFilter {
         self.rest.implausible_force()
     }
 
-    /// Estimated gyroscope bias, rad/s. Before the first rest, the part of it inferred from the
-    /// corrections of the inclination.
+    /// Estimated gyroscope bias, rad/s. Before the first rest it is only the part that the
+    /// corrections of the inclination show.
     #[must_use]
     pub const fn gyro_bias(&self) -> AngularRate {
         AngularRate(self.bias.bias())
@@ -461,7 +461,7 @@ enum Turn {
 /// A rotation and its uncertainty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Increment {
-    /// From the sensor's axes at this sample to those at the sample before.
+    /// Rotation from the sensor's axes at this sample to its axes at the previous sample.
     turn: Quaternion,
     /// Square of the difference between a change of rate right after the previous sample and one right
     /// before this sample, rad².
@@ -513,7 +513,7 @@ impl Strapdown {
 /// Time constant of the correction right after the start, s: the first second is a running mean.
 const START_TIME_CONSTANT: f32 = 0.1;
 
-/// Growth of doubt with the angular rate, s/rad: a gyroscope's scale error turns with it.
+/// Growth of doubt with the angular rate, s/rad, because the error of a gyroscope's scale grows with the rate.
 const RATE_DOUBT: f32 = 0.1;
 
 /// Time constant of the correction after clipped accelerometer samples, s.
@@ -529,15 +529,15 @@ const ACCELEROMETER_CLIPPING_TIME: f32 = 0.2;
 /// Growth of doubt with the square of the angle that a turn may be wrong by, 1/(s rad²).
 ///
 /// It is small, since a moving foot has no force that could correct the angle. With 50 and samples lost in bursts of 10
-/// ms, the forces of a run's landings tilt the estimate by 7° instead of 0.5°.
+/// ms, the forces of a run's landings once tilted the estimate by 7° instead of 0.5°.
 const TURN_DOUBT: f32 = 1.0;
 
 /// Time constant of the correction after a gap with [`TURN_GUESS_SPREAD`], s. The turn in it is a guess, but a better
 /// one than the mean of a part of a stride.
 const TURN_GUESSED: f32 = 1.0;
 
-/// Angle by which the turn in a gap may be wrong for its full effect, rad. A swinging leg has this after 0.1 to 0.2 s.
-/// A foot that turns slowly has less: a doubt about it would take its acceleration for a tilt.
+/// Angle, rad, from which a wrong turn in a gap has its full effect. A swinging leg reaches it after 0.1 to 0.2 s. A
+/// foot that turns slowly must not reach it, because the doubt would let its acceleration pass for a tilt.
 const TURN_GUESS_SPREAD: f32 = 1.0;
 
 /// Time constant of the correction after clipped gyroscope samples or an unknown turn, s.
@@ -715,11 +715,11 @@ impl Correction {
 
 /// Length of gravity as the accelerometer reads it.
 ///
-/// At rest it is the length of the mean force, and so it is while the sensor has been still since its first sample: with
-/// an accelerometer that is off by 40 mg on each axis, a standing foot would otherwise accelerate by up to 0.7 m/s² for
-/// its first second. In motion before the first rest it is the mean force along up, since a foot that walks gains no
-/// speed on average. A NAO's accelerometer reads 8 % too little: without this, the stances of a walk that begins before
-/// any rest would be missed.
+/// At rest, gravity is the length of the mean force. The same holds while the sensor has been still since its first
+/// sample: with an accelerometer that is off by 40 mg on each axis, a standing foot would otherwise accelerate by up to
+/// 0.7 m/s² for its first second. In motion before the first rest, gravity is the mean force along up, since a foot that
+/// walks gains no speed on average. A NAO's accelerometer reads 8 % too little, so without this mean the stances of a
+/// walk that begins before any rest would be missed.
 #[derive(Clone, Copy, Debug)]
 struct GravityMagnitude {
     /// m/s².
@@ -827,7 +827,7 @@ mod tests {
         assert!(aligned.is_some_and(|ms| (1..20).contains(&ms)), "{aligned:?} ms");
     }
 
-    /// A force of this length that a motor shakes by 0.5 m/s² along x, up to 1.5 m/s², at 60 Hz and above.
+    /// A force along z of length `force`, m/s², with the ripple of a motor along x: up to 1.5 m/s², at 60 Hz and above.
     fn shaken(ms: u64, force: f32) -> Vec3 {
         let ripple = [0.5, -0.3, 1.5, -0.9, 0.2, -1.2, 0.4, -0.2];
         Vec3::new(ripple[ms as usize % ripple.len()], 0.0, force)

@@ -47,7 +47,7 @@ pub struct Bridge {
 struct State {
     /// Stamp of the newest sample, µs.
     stamp_us: u64,
-    /// From the stamp before to the newest one, µs; 0 unless the newest was accepted as later.
+    /// Step from the previous stamp to the newest one, µs; 0 unless the newest was accepted as later.
     step_us: u64,
     /// Samples in doubt without a break, the newest of which is the newest of all.
     doubted: u32,
@@ -57,7 +57,7 @@ struct State {
     before_jump_us: Option<u64>,
     /// Newest time that the estimator got, µs.
     given_us: u64,
-    /// From stamps to the estimator's times, µs, modulo 2⁶⁴. It differs from 0 once a clock was set back.
+    /// Difference between the estimator's time and the stamp, µs, modulo 2⁶⁴. It is not 0 once a clock was set back.
     offset_us: u64,
 }
 
@@ -73,8 +73,8 @@ impl Bridge {
         self.of_read = count;
     }
 
-    /// Returns the time of the next sample for the estimator: later than the one before, unless the stamp is repeated, so
-    /// that the estimator rejects the sample. There is none if the stamp has jumped: leave the sample out.
+    /// Returns the time of the next sample for the estimator, which is later than the time before. A repeated stamp gives
+    /// a repeated time, so that the estimator rejects the sample. `None` if the stamp has jumped: leave the sample out.
     pub fn next(&mut self, stamp: Timestamp) -> Option<Timestamp> {
         let stamp_us = stamp.as_micros();
         let (period_us, gap_us) = (self.period_us, self.gap_us());
@@ -106,7 +106,7 @@ impl Bridge {
             .before_jump_us
             .and_then(|before_us| later_by(stamp_us, before_us))
             .is_some_and(|step_us| step_us < due_us);
-        // A step that is no longer than the one before shows that the samples come at another rate than declared.
+        // If a step is no longer than the previous one, the samples come at another rate than declared.
         let longest_us = longest_us.max(state.step_us.saturating_add(period_us));
         let low_step_us = u64::from(stamp_us.wrapping_sub(state.stamp_us) as u32);
         let has_started_again = step_us.is_none() && low_step_us > 0 && low_step_us < longest_us;
@@ -136,8 +136,8 @@ impl Bridge {
         (state.doubted == 0).then_some(Timestamp::from_micros(state.given_us))
     }
 
-    /// Returns the time of a stamp for the estimator, as if it did not jump, without taking it. It is `due` periods after the
-    /// newest time if the clock was set back, and far from 0 before the first sample.
+    /// Returns the time that [`Self::next`] would give this stamp if it did not jump, without recording the stamp. If the
+    /// clock was set back, it is `due` periods after the newest time. Before the first sample it is a time far from 0.
     #[must_use]
     pub fn presumed(&self, stamp: Timestamp, due: u32) -> Timestamp {
         let Some(state) = &self.state else { return Timestamp::from_micros(FIRST_US) };
@@ -147,7 +147,7 @@ impl Bridge {
         Timestamp::from_micros(if is_later { continued_us } else { due_us })
     }
 
-    /// Step from which on a sample is missing, µs, as in the estimator.
+    /// Shortest step between two samples, µs, that shows a missing sample. The estimator has the same limit.
     const fn gap_us(&self) -> u64 {
         2 * self.period_us - self.period_us / 4
     }
@@ -284,7 +284,7 @@ mod tests {
         let mut doubts = 0;
         for _ in 0..10_000 {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-            // Near 0, anywhere, or near the others.
+            // Stamps near 0, at any place, or near the other stamps.
             let stamp = match state >> 62 {
                 0 => state >> 50,
                 1 => state << 3,

@@ -30,7 +30,7 @@ macro_rules! constants {
                 [$((stringify!($constant), $least, $most)),*].into_iter()
             }
 
-            /// Returns the same constants with another value of the one with this name.
+            /// Returns the same constants, with another value of the constant that has this name.
             ///
             /// # Errors
             /// No constant has the name, or the value is out of its range.
@@ -51,8 +51,8 @@ macro_rules! constants {
 constants! {
     /// Amplitude that is added to every acceleration, m/s²: u = ½ ln(|a|² + noise²).
     ///
-    /// Amplitudes below it look the same. It lies above the noise of an LSM6DSOX (0.04 over its three axes) and below
-    /// the stances of real feet (0.3 to 3). Default: 0.17; flat from 0.1 to 0.25.
+    /// Amplitudes below this value look the same. It lies above the noise of an LSM6DSOX (0.04 over its three axes)
+    /// and below the stances of real feet (0.3 to 3). Default: 0.17; flat from 0.1 to 0.25.
     noise = 0.17, 0.001 to 10.0;
     /// Amplitude of the acceleration in stances before any is observed, m/s². Default: 3.0.
     still = 3.0, 0.01 to 400.0;
@@ -63,9 +63,9 @@ constants! {
     /// Height of the edge of stillness, as a part of the way from stillness to motion:
     /// edge = still + part · (moving − still), all of them logarithms.
     ///
-    /// The edge of the turn lies at the same part of its way. A lower edge loses stances, a higher one misses slips.
-    /// Default: 0.66; with 0.6 stances of a GO1 are lost, with
-    /// 0.68 slips are missed.
+    /// The edge of the turn divides its own way in the same proportion. A lower edge loses stances, a
+    /// higher one misses slips. Default: 0.66; with 0.6 stances of a GO1 are lost, with 0.68 slips are
+    /// missed.
     part_of_the_way = 0.66, 0.0 to 1.0;
     /// Standard deviation h of the kernel, of the logarithm of the amplitude: mass = Φ((edge − u)/h).
     ///
@@ -73,7 +73,7 @@ constants! {
     bandwidth = 0.12, 0.001 to 10.0;
     /// Time constant τ of all means, and of the speed along the ground, s.
     ///
-    /// A longer one delays the decision. Default: 26 ms; flat from 15 to 33.
+    /// A longer time delays the decision. Default: 26 ms; flat from 15 to 33.
     window = 0.026, 0.001 to 1.0;
     /// Weight of the values before any observation, s of stance or swing.
     ///
@@ -81,8 +81,8 @@ constants! {
     prior = 0.06, 0.001 to 10.0;
     /// Longest time that learnt values are based on, s of stance or swing.
     ///
-    /// A longer one forgets another robot, gait or stuck axis more slowly. Default: 1.5, which forgets the walk of a
-    /// stuck axis within ten steps; flat up to 5.
+    /// A longer time forgets another robot, gait or stuck axis more slowly. Default: 1.5, which forgets the walk of
+    /// a stuck axis within ten steps; flat up to 5.
     memory = 1.5, 0.01 to 1000.0;
     /// Duration of the shortest stance, s.
     ///
@@ -93,26 +93,26 @@ constants! {
 
     /// Rate of turn that is added to every rate, rad/s: v = ½ ln(|ω|² + `turn_noise`²).
     ///
-    /// Turns below it look the same, and the mean of a foot at rest lies below it. It lies above the bias of a gyroscope
-    /// that has not rested yet (0.02). Default: 0.05.
+    /// Turns below this rate look the same, and the mean of a foot at rest lies below it. It lies above the bias of a
+    /// gyroscope that has not rested yet (0.02). Default: 0.05.
     turn_noise = 0.05, 0.001 to 10.0;
     /// Weight of the turn relative to the acceleration, if both separate stances from swings equally well.
     ///
     /// With 0 only the acceleration decides. Default: 1.5; `docs/design/parts.md` has its gain and its cost.
     turn_weight = 1.5, 0.0 to 100.0;
-    /// Largest distance of acceleration and turn from their edges that counts, as a part of the distance of their
-    /// classes.
+    /// Largest distance from the edge that counts, of the acceleration and of the turn, as a part of the
+    /// distance between their classes.
     ///
-    /// Without it a single large value would decide against the other. Default: 0.5.
+    /// Without the limit one large acceleration would overrule the turn, or the reverse. Default: 0.5.
     turn_clip = 0.5, 0.0 to 10.0;
     /// Mean mass of the acceleration above which a quiet turn no longer excuses a large acceleration in this stance.
     ///
-    /// Default: 0.9. Without it more of the simulated slips are missed: 14.7 % instead of 10.8 %.
+    /// Default: 0.9. If a quiet turn always excuses, more of the simulated slips are missed: 14.7 % instead of 10.8 %.
     turn_settled = 0.9, 0.0 to 1.0;
 
     /// Largest acceleration that counts in the speed along the ground, m/s².
     ///
-    /// The classes judge larger accelerations. Without this limit landings count as slides. Default: 0.48.
+    /// Larger accelerations are left to the classes, because landings would otherwise count as slides. Default: 0.48.
     slide_acceleration = 0.48, 0.0 to 100.0;
     /// Speed along the ground in stances before any is observed, m/s.
     ///
@@ -156,8 +156,8 @@ constants! {
     /// Time for which a landing or a rest is evidence of a standing foot, and for which a swing may precede a landing,
     /// s.
     ///
-    /// It is longer than a stride. After a walk a hanging foot is reported stable for at most twice as long. Default:
-    /// 1.75.
+    /// This time is longer than a stride. After a walk a hanging foot is reported stable for at most twice as long.
+    /// Default: 1.75.
     evidence = 1.75, 0.01 to 1000.0;
 }
 

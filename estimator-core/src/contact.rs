@@ -39,8 +39,8 @@ impl ContactEstimator {
     #[inline(never)]
     pub fn update(&mut self, sample: &ImuSample, load: Option<Load>) -> ContactEstimate {
         let mut reading = self.pipeline.read(sample);
-        // A short gap has no other effect than these limits, the probabilities before it. A longer gap counts like
-        // unreliable samples, at most a few windows of them; the limits are the probabilities after them.
+        // Limits are the probabilities before a short gap, which has no other effect, or those after a longer gap,
+        // which counts as up to a few windows of unreliable samples.
         let limits = (reading.missing > 0).then(|| self.model.account_for(reading.missing));
         let mut probabilities = match reading.motion {
             Motion::Known(acceleration, rate) => {
@@ -86,9 +86,9 @@ impl ContactEstimator {
         self.pipeline.velocity_sigma
     }
 
-    /// Angular rate at rest that has not been accepted as the gyroscope's bias for five seconds, or the bias if the
-    /// corrections of a walk have led beyond its limit for as long; rad/s, frame of the foot. `None` if there is no such
-    /// rate, and with [`Gravity::Removed`](crate::Gravity::Removed).
+    /// Angular rate, rad/s, frame of the foot, that is not accepted as the gyroscope's bias: the rate of a rest, from
+    /// five seconds on, or the bias once the corrections of a walk have led beyond its limit for as long. `None` if
+    /// there is no such rate, and with [`Gravity::Removed`](crate::Gravity::Removed).
     ///
     /// Either the gyroscope is beyond its data sheet, or the ground turns.
     #[must_use]
@@ -99,8 +99,8 @@ impl ContactEstimator {
     /// Times of `count` samples that were read at once, such as from a sensor's FIFO: oldest first, the last at
     /// `newest`. [`Self::update`] needs a time of its own for each sample; samples that share one are invalid.
     ///
-    /// The samples lie evenly between the newest sample of the previous read and that of this one. If that is too long
-    /// for `count` samples, some are missing before them, and they are one period apart, as in the first read.
+    /// The samples lie evenly between the newest samples of the previous read and of this read. If this time is too
+    /// long for `count` samples, some are missing before them, and they are one period apart, as in the first read.
     ///
     /// ```
     /// # use estimator_core::{ContactEstimator, ImuSample, Params, Stream, Timestamp};
@@ -231,7 +231,7 @@ mod tests {
     fn foot_that_trembles_after_a_rest_still_stands() {
         let mut estimator = rested(GRAVITY_FREE, 600);
         for ms in 600..20_000 {
-            // It rises by 1 mm.
+            // In each sway the foot rises by 1 mm.
             let estimate = estimator.update(&shaken(ms, 50, SWAY), None);
             assert_eq!(estimate.decision, Decision::Stable, "{estimate:?}");
         }
@@ -505,7 +505,7 @@ mod tests {
 
     #[test]
     fn foot_without_noise_has_probability_one_for_ever() {
-        // What the estimator learnt of the motion fades into the smallest numbers.
+        // The means of the first half second decay until they are denormal numbers.
         let mut estimator = estimator(GRAVITY_FREE);
         for ms in 0..60_000_u64 {
             let push = if ms < 500 { 0.01 } else { 0.0 };

@@ -38,8 +38,8 @@ pub struct ContactEstimate {
 }
 
 impl ContactEstimate {
-    /// The estimate where a sample could not be processed: not stable, with probability 0, the identity as orientation,
-    /// [`VelocitySigma::MOST`] and [`Flag::InvalidSample`].
+    /// The estimate for a sample that could not be processed: not stable, with probability 0, the identity as
+    /// orientation, [`VelocitySigma::MOST`] and [`Flag::InvalidSample`].
     pub const DOUBTFUL: Self = Self {
         timestamp: Timestamp::from_micros(0),
         probabilities: Probabilities {
@@ -79,7 +79,7 @@ pub struct Probabilities {
     pub tangential: f32,
     /// No lifting; with half-widths also no tilting.
     pub vertical: f32,
-    /// Stable contact; never above any of the others.
+    /// Stable contact; never above any of the other probabilities.
     pub stable: f32,
 }
 
@@ -111,7 +111,7 @@ impl Probabilities {
         Self { axes: PerAxis::from_array([ax, ay, az, wx, wy, wz]), tangential, vertical, stable }
     }
 
-    /// Probabilities of directions and in total, as products of those of independent axes.
+    /// Multiplies the probabilities of the axes, taken as independent, for each direction and in total.
     pub(crate) fn from_axes(axes: PerAxis<f32>) -> Self {
         let tangential = axes.ax * axes.ay * axes.wz;
         let vertical = axes.az * axes.wx * axes.wy;

@@ -245,8 +245,8 @@ impl BiasEstimator {
         }
     }
 
-    /// Processes the rotation, rad, sensor frame, by which the inclination was corrected over the last `dt` seconds, and
-    /// whether the foot certainly stands, and has stood until its inclination settled.
+    /// Processes the rotation, rad, sensor frame, by which the inclination was corrected over the last `dt` seconds.
+    /// `stands` tells whether the foot certainly stands, and has stood until its inclination settled.
     ///
     /// The mean of repeated corrections is the error of the bias. It is followed up to [`RestParams::bias_limit`] from
     /// the bias of the last rest.
@@ -395,7 +395,7 @@ mod tests {
         let mut foot = foot();
         jolt(&mut foot);
         for k in 0..10_000 {
-            // At 90 Hz, and a rate that jumps by eight degrees a second from sample to sample.
+            // The hum is at 90 Hz, and the rate jumps by eight degrees a second from sample to sample.
             let hum = 0.7 * libm::sinf(565.5 * k as f32 * DT);
             let noise = [4.0, -4.0][k % 2];
             let rate = Vec3::new((1.5 + noise) * DEGREE, 0.0, 0.0);
@@ -431,7 +431,7 @@ mod tests {
         let mut foot = foot();
         assert_near(feed(&mut foot, 8.0, 230.0), 0.0, 0.0);
         assert_near(feed(&mut foot, 8.0, 20.0), 8.0, 0.02);
-        // It is then a bias like any other.
+        // The rate is now a bias like any other, and is followed.
         assert_near(feed(&mut foot, 8.1, 60.0), 8.1, 0.02);
     }
 
@@ -451,7 +451,7 @@ mod tests {
             assert_near(excess, rate, 0.01);
             feed(&mut foot, rate, 240.0);
             assert_eq!(foot.excess().is_none(), rate < 24.0, "{rate}");
-            // It is not reported while the foot moves.
+            // The rate is not reported while the foot moves.
             jolt(&mut foot);
             assert_eq!(foot.excess(), None, "{rate}");
         }
@@ -561,7 +561,7 @@ mod tests {
     fn corrections_beyond_the_limit_are_reported() {
         let mut foot = foot();
         feed(&mut foot, 8.0, 250.0);
-        // From a known bias, as far as the limit lies from zero.
+        // The limit counts from the known bias of 8 °/s, and not from zero.
         let turn = Vec3::new(-20.0 * DEGREE * DT, 0.0, 0.0);
         (0..2_000).for_each(|_| foot.follow(turn, DT));
         assert_eq!(foot.excess(), None);
@@ -579,7 +579,7 @@ mod tests {
         let turn = Vec3::new(-20.0 * DEGREE * DT, 0.0, 0.0);
         (0..12_000).for_each(|_| foot.follow(turn, DT));
         assert!(foot.excess().is_some());
-        // As at the rest before, and then no corrections contradict it.
+        // A rest at the rate of the first rest, after which no corrections contradict the bias.
         jolt(&mut foot);
         assert_near(feed(&mut foot, 0.1, 6.0), 0.1, 0.03);
         (0..1_000).for_each(|_| foot.follow(Vec3::ZERO, DT));
@@ -669,7 +669,7 @@ mod tests {
         assert_near(foot.bias().x / DEGREE, 0.1, 0.01);
         (0..10_000).for_each(|_| foot.follow(error, DT));
         assert_near(foot.bias().x / DEGREE, 1.37, 0.01);
-        // A bias that is already followed takes no part of it either.
+        // Nor does the bias change if it already follows corrections.
         foot.follow(half_a_turn, DT);
         assert_near(foot.bias().x / DEGREE, 1.37, 0.01);
     }

@@ -56,9 +56,9 @@
 //! No feature changes a result. The oldest Rust that compiles the library is 1.88.
 //!
 //! Later versions may add variants to errors, which are `#[non_exhaustive]`, and fields to samples, parameters and
-//! estimates. Those are not, since firmware, decoders and tests build them: end yours with `..Params::DEFAULT` or
-//! `..Default::default()`, and a new field changes nothing for you. Nor is [`Flag`]: a match without a wildcard tells
-//! you of a new reason for doubt, which needs an action of yours.
+//! estimates. The latter structs are not, since firmware, decoders and tests build them: end yours with
+//! `..Params::DEFAULT` or `..Default::default()`, and a new field changes nothing for you. Nor is [`Flag`]: a match
+//! without a wildcard then fails to compile at a new reason for doubt, for which you need an action.
 //!
 //! # How it works
 //!
@@ -85,7 +85,7 @@
 //!
 //! [`half_widths`] has the same steps, with the paper's density (`kde.rs`) in place of the learnt limits.
 //!
-//! These files serve them:
+//! The steps use these files:
 //!
 //! | file | content |
 //! |---|---|

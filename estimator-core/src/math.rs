@@ -1,9 +1,9 @@
 //! Functions of f32 with the same bits on every machine: minimum and maximum, square root, logarithm, exponential and
 //! error function, computed only by additions, multiplications and divisions.
 //!
-//! `libm` is slower here: its square root takes 70 instructions and a table, its logarithm a hundred, and its error
-//! function an exponential and a division. A Cortex-M4 has an instruction for the square root, but no stable Rust
-//! without `unsafe` reaches it. The error of each function is stated, and asserted by a sweep over its arguments.
+//! `libm` is slower here. Counted once, its square root takes 70 instructions and a table, and its logarithm a hundred;
+//! its error function has an exponential and a division. A Cortex-M4 has an instruction for the square root, but no stable
+//! Rust without `unsafe` reaches it. The error of each function is stated, and asserted by a sweep over its arguments.
 
 use core::f32::consts::{LN_2, LOG2_E, SQRT_2};
 

@@ -184,8 +184,8 @@ impl Mounting {
         }
     }
 
-    /// Returns the components in the foot's frame of a vector given in the sensor's. If the sensor's axes
-    /// lie along those of the foot, components keep their bits except for the sign.
+    /// Returns the components of a vector in the foot's frame, given its components in the sensor's frame.
+    /// If the sensor's axes lie along those of the foot, components keep their bits except for the sign.
     #[must_use]
     pub fn turn(&self, vector: Vec3) -> Vec3 {
         match self.0 {

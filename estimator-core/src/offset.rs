@@ -28,8 +28,8 @@ const LARGEST_ACCELERATION: f32 = 0.5;
 /// Largest offset, m/s²: 100 mg. Of an LSM6DSOX it is 20 mg on each axis, and more after soldering.
 const LARGEST: f32 = 1.0;
 
-/// Probability above which the foot certainly stands, so that offset and bias may be learnt. Where a swing begins, it
-/// falls first.
+/// Probability above which the foot certainly stands, so that offset and bias may be learnt. At the beginning of a
+/// swing, P falls below this value first.
 pub(crate) const CERTAIN_STANCE: f32 = 0.9;
 
 /// Estimate of the offset of an accelerometer, m/s², frame of the sensor.

@@ -1,5 +1,5 @@
-//! What a user chooses: parameters of the estimator, of the paper's, and of one of the two that is chosen at run time,
-//! with the presets. The ranges are in [`parameter`](crate::parameter).
+//! Parameters that a user chooses: of the estimator, of the paper's estimator, and of either one if it is chosen at
+//! run time, with the presets. The ranges are in [`parameter`](crate::parameter).
 
 use crate::estimate::PerAxis;
 use crate::units::DEGREE;
@@ -160,7 +160,7 @@ pub enum Method {
 pub struct AnyParams {
     /// The method. Default: self-calibrating, since half-widths belong to a robot.
     pub method: Method,
-    /// Parameters of both methods, and those of the self-calibrating one.
+    /// Parameters of both methods, and parameters of the self-calibrating one.
     pub params: Params,
     /// With [`Method::HalfWidths`]: its own parameters.
     pub half_widths: HalfWidthParams,

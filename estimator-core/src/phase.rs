@@ -39,7 +39,7 @@ pub enum Decision {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Phase {
-    /// There is no load signal, or doubt leaves open whether the foot moves.
+    /// There is no load signal, or the flags leave open whether the foot moves.
     #[default]
     Unknown,
     /// Loaded and at rest: stable contact.
@@ -73,10 +73,10 @@ impl Phase {
     }
 }
 
-/// Longest time from touch-down for which a foot that moves lands, µs.
+/// Longest landing, µs: time from touch-down for which a foot that moves is landing and not slipping.
 ///
-/// Robots on firm ground are stable within 60 ms of their touch-down, nine times of ten, and a NAO within 120 ms at
-/// most. A GO1 that slides from its touch-down on grease does so for 190 to 440 ms.
+/// Measured once: nine of ten landings of robots on firm ground end within 60 ms, and all landings of a NAO within
+/// 120 ms. A GO1 that slides from its touch-down on grease does so for 190 to 440 ms.
 const LONGEST_LANDING_US: u64 = 150_000;
 
 /// State of the Schmitt trigger on the load signal.

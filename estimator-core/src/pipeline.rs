@@ -140,7 +140,7 @@ impl Pipeline {
         load: Option<Load>,
     ) -> ContactEstimate {
         let flags = reading.flags;
-        // The means still hold the samples before one that is not valid, whose own probability is 0.
+        // An invalid sample has probability 0, but the means over the window still hold valid samples before it.
         let probabilities = match reading.motion {
             Motion::Known(..) => probabilities,
             Motion::NoAttitude | Motion::Unreliable => Probabilities::default(),
@@ -150,7 +150,7 @@ impl Pipeline {
             let certain = if flags.are_doubt() { 0.0 } else { probabilities.stable };
             self.roll.push(angular_rate.0.length(), certain);
         }
-        // A robot may not lean on a foot that rolls, as if P were 0.
+        // A robot may not lean on a foot that rolls, so the decision is that for P = 0.
         let rolls = self.roll.rolls(mean_acceleration);
         let firm = if rolls { 0.0 } else { probabilities.stable };
         let (decision, phase) = self.phase.update(reading.timestamp, firm, flags, load);
@@ -195,7 +195,7 @@ impl Pipeline {
         let period = u32::try_from(self.period_us).unwrap_or(u32::MAX);
         let elapsed = self.previous.and_then(|previous| newest.micros_since(previous));
         let elapsed = elapsed.and_then(|elapsed| u32::try_from(elapsed).ok());
-        // A quarter more than `count` periods is jitter of the read and error of the sensor's clock.
+        // A read may last a quarter longer than `count` periods, by its jitter and the error of the sensor's clock.
         let periods = u64::from(divisor) + u64::from(count / 4);
         let longest = (periods - 1) * self.period_us + self.gap_us;
         let step = match elapsed {

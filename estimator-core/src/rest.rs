@@ -124,7 +124,7 @@ pub(crate) enum Stillness {
     Rest,
 }
 
-/// [`LongRest`]'s part of [`RestParams`], squared where it is compared with squares.
+/// [`LongRest`]'s part of [`RestParams`]. Limits are squared if they are compared with squares.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LongRestCoefficients {
     /// s.
@@ -181,7 +181,7 @@ impl LongRest {
     /// Until the bias is known it tilts the estimate of up, by a degree in half a second.
     const FROM_THE_START: f32 = 0.5;
 
-    /// Time after the first sample in which a sample may contradict those before it, s.
+    /// Time after the first sample in which a sample may contradict the earlier ones, s.
     const BEGINNING: f32 = 0.1;
 
     /// Plausible lengths of the force at rest, m/s²: gravity, and the errors of an accelerometer. A larger error of its
@@ -562,7 +562,7 @@ mod tests {
         assert!((stance - 1..=stance + 1).contains(&rested), "{rested} ms");
         let moved = time_until(&mut rest, 10.0, false).expect("motion");
         assert!(moved < 10, "{moved} ms");
-        // So short a motion takes only its own time from the rest.
+        // A motion as short as this one takes only its own time from the rest.
         let again = time_until(&mut rest, 0.0, true).expect("rest");
         assert!(again < 10, "{again} ms");
     }

@@ -68,7 +68,7 @@ impl Roll {
         }
     }
 
-    /// Processes the rate of turn of a sample, rad/s, with its probability of stable contact. In doubt that is 0.
+    /// Processes the rate of turn of a sample, rad/s, with its probability of stable contact, which is 0 for a doubtful sample.
     pub(crate) fn push(&mut self, rate: f32, probability: f32) {
         self.turn += (rate - self.turn) * self.newest;
         if probability > STANCE {

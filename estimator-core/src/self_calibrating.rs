@@ -37,10 +37,10 @@ use crate::sample::{AngularRate, LinearAcceleration};
 use crate::units::STANDARD_GRAVITY;
 use crate::vector::Vec3;
 
-/// Least time constant of the mean mass, samples. With less, as at 50 Hz, the mean would be the newest sample.
+/// Least time constant of the mean mass, samples. With a smaller one, as 26 ms at 50 Hz, the mean would be the newest sample.
 const LEAST_WINDOW: f32 = 2.0;
 
-/// Largest gap that counts, in windows of doubt: less than 5 % is left of any probability.
+/// Longest gap that is counted, in windows of doubt, after which less than 5 % is left of any probability.
 const GAP_WINDOWS: u32 = 3;
 
 /// Probability above which the foot is more probably still than not.
@@ -49,8 +49,8 @@ const STILL: f32 = 0.5;
 /// Factor of the probability without evidence: the foot may stand or hang.
 const UNPROVEN: f32 = 0.5;
 
-/// Share with which a stance counts in the classes before any landing. A robot that stands with its motors holding is
-/// quieter than in any stance of its walk.
+/// Share with which a stance counts in the classes before any landing, because a robot that stands with its motors
+/// holding is quieter than in any stance of its walk.
 const BEFORE_LANDING: f32 = 0.5;
 
 /// Number of masses of the acceleration: of the whole, across up, along up, and along the three axes.
@@ -82,7 +82,7 @@ impl<'a> SelfCalibratingConfig<'a> {
 pub(crate) struct Up {
     /// Unit vector, frame of the foot.
     pub direction: Vec3,
-    /// Angle by which the newest sample corrected it, rad; `None` if up is known.
+    /// Angle, rad, by which the newest sample corrected the direction; `None` if up is known without an estimate.
     pub correction: Option<f32>,
 }
 
@@ -229,7 +229,7 @@ impl SelfCalibrating {
         };
 
         let moving = self.classes.moving;
-        // An estimated up may be wrong by a tilt that leaves an acceleration as large as the noise.
+        // The estimate of up may be wrong by a tilt that leaves an acceleration as large as the noise.
         let tilt = if correction.is_some() { self.constants.noise } else { 0.0 };
         let level = a - direction * upright;
         let no_slide = self.slide.push(&self.constants, self.period, level, w, moving, tilt);
@@ -282,7 +282,7 @@ impl SelfCalibrating {
         let [about_x, about_y, about_z] =
             if self.turns.are_judged(&self.constants) { self.turn_masses } else { [1.0; 3] };
         let stable = self.stillness * no_slide * evidence;
-        // A part is judged by one witness alone, and may be less probable than the whole by both.
+        // Acceleration or turn alone judges a part, and could find it less probable than the whole: hence the larger value.
         Probabilities {
             axes: PerAxis::from_array(
                 [x, y, z, about_x, about_y, about_z].map(|p| (p * evidence).greater(stable)),
@@ -310,7 +310,7 @@ impl SelfCalibrating {
         }
         self.stood |= in_stance;
         if self.evidence.has_just_landed {
-            // Limits with which no stance follows a landing belong to another gait or robot.
+            // If no stance followed the last landing, the limits belong to another gait or robot.
             if !self.stood {
                 self.classes.doubt(&self.constants);
                 self.turns.doubt(&self.constants);
@@ -361,7 +361,7 @@ impl SelfCalibrating {
     /// Accounts for missing samples, and returns the probabilities after them. A gap of up to half a window is bridged:
     /// it takes nothing from the probabilities.
     pub fn account_for(&mut self, missing: u64) -> Probabilities {
-        // More are days, after which nothing is left to take away. From 64 bits the conversion would need a library of
+        // A longer gap lasts days and leaves no probability. From 64 bits the conversion would need a library of
         // double precision on a processor without floating point.
         let missing = u32::try_from(missing).unwrap_or(u32::MAX);
         if missing > (self.window / 2).max(1) {
@@ -743,7 +743,7 @@ struct Slide {
 }
 
 impl Slide {
-    /// Speed in stances over acceleration in swings of a robot without noise, s, natural logarithm: 0.1 ms.
+    /// Logarithm of the ratio of the speed in stances to the acceleration in swings, s, of a robot without noise: ln 0.1 ms.
     const QUIET: f32 = ln(1.0e-4);
 
     /// Square of the least speed, m²/s²: slower speeds look the same.
@@ -864,11 +864,11 @@ struct Evidence {
     stands: bool,
     /// Duration of the motion that contradicts this, s.
     moves_for: f32,
-    /// Whether the foot stands, or has rested or landed lately, as of the newest reliable sample.
+    /// Whether the foot stands, or has rested or landed lately. It is updated with each reliable sample.
     is_given: bool,
     /// Whether it has ever landed.
     has_landed: bool,
-    /// Whether it has landed with this sample, from a swing that counted as motion.
+    /// Whether the foot has landed with this sample, after a swing that counted as motion.
     has_just_landed: bool,
 }
 
@@ -936,7 +936,7 @@ impl Evidence {
         self.since_evidence += seconds;
     }
 
-    /// Returns whether the foot walks, or has yet to show that it does.
+    /// Returns whether the foot has landed within [`Constants::evidence`], or has never landed yet.
     fn walks(&self, constants: &Constants) -> bool {
         !self.has_landed || self.since_landing < constants.evidence
     }
@@ -946,8 +946,8 @@ impl Evidence {
         self.rest.is_accelerated(constants)
     }
 
-    /// Returns whether the acceleration fell within some seconds as in a landing, whether the swing before counted as
-    /// motion or not.
+    /// Returns whether the acceleration has fallen as in a landing within the last `seconds`. The swing before need
+    /// not have counted as motion.
     fn fell_within(&self, seconds: f32) -> bool {
         self.since_fall < seconds
     }
@@ -972,7 +972,7 @@ struct Landing {
     corrected: f32,
     /// Sum of the accelerations since the last fall or gap: the change of speed, in m/s² times samples.
     gained: Vec3,
-    /// Sum of their magnitudes: the largest change of speed that they could have caused.
+    /// Sum of the magnitudes of these accelerations: the largest change of speed that they could have caused.
     gained_at_most: f32,
     /// Whether the acceleration is far below the level of the swing.
     is_below: bool,
@@ -985,7 +985,7 @@ struct Landing {
 struct Fall {
     /// The acceleration has just fallen far below the level of the swing.
     begins: bool,
-    /// The acceleration is far below, and the swing has lost the speed that it gained.
+    /// The acceleration is far below the level of the swing, and the swing has lost the speed that it gained.
     lands: bool,
 }
 

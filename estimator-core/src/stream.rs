@@ -74,8 +74,8 @@ impl Stream {
     }
 }
 
-/// Period of these µs in s. It is converted in 32 bits, because processors without a floating-point unit for 64 bits
-/// convert those in double precision.
+/// Period of this many µs, in s. Converted in 32 bits, because a processor without double precision converts 64 bits
+/// by a library.
 pub(crate) fn period_s(period_us: u64) -> f32 {
     u32::try_from(period_us).unwrap_or(u32::MAX) as f32 * 1.0e-6
 }

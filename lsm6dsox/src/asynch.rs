@@ -100,7 +100,7 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
     /// Changes the configuration and runs [`init`](Self::init).
     ///
     /// # Errors
-    /// As [`init`](Self::init). Samples are unavailable until one of the two has succeeded.
+    /// As [`init`](Self::init). Samples are unavailable until this function or [`init`](Self::init) has succeeded.
     pub async fn reconfigure(
         &mut self,
         config: Config,
@@ -119,8 +119,8 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
         check_identity(read)
     }
 
-    /// Checks the identity, and reads back the register with the accelerometer's data rate, which follows it, in one
-    /// transfer.
+    /// Checks the identity, and reads back the accelerometer's data rate. One transfer reads both, because their
+    /// registers are neighbours.
     ///
     /// # Errors
     /// As [`check_identity`](Self::check_identity) and [`check`](Self::check).

@@ -13,8 +13,8 @@ pub trait Bus {
     /// Whether the part keeps its I²C interface.
     const IS_I2C: bool;
 
-    /// Reads registers into all bytes of `frame` but the first. That is the first register's address, with
-    /// [`Register::READ`].
+    /// Reads registers into all bytes of `frame` but the first. The first byte is the address of the first
+    /// register, with [`Register::READ`].
     ///
     /// # Errors
     /// The transfer failed.

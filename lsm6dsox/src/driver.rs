@@ -96,7 +96,7 @@ impl<BUS: Bus> Lsm6dsox<BUS> {
     /// Changes the configuration and runs [`init`](Self::init).
     ///
     /// # Errors
-    /// As [`init`](Self::init). Samples are unavailable until one of the two has succeeded.
+    /// As [`init`](Self::init). Samples are unavailable until this function or [`init`](Self::init) has succeeded.
     pub fn reconfigure(
         &mut self,
         config: Config,

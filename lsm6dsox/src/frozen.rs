@@ -1,8 +1,8 @@
 //! Detection of a part that reports new samples with old values: the whole part, one sensor, or one axis.
 //!
-//! Codes scatter by their sensor's noise, so they also repeat by chance. The probability depends on the noise in codes:
-//! at the kilohertz preset 4.1 codes of specific force and 1.0 of angular rate. It is largest if the mean lies in the
-//! middle of a code. With that, and with the filter's correlation of 0.24 from one sample to the next, it is:
+//! Codes scatter by their sensor's noise, so they also repeat by chance. The probability of a repeat depends on the noise in
+//! codes, which at the kilohertz preset is 4.1 codes of specific force and 1.0 of angular rate. It is largest if the mean lies
+//! in the middle of a code. For such a mean, and for the filter's correlation of 0.24 from one sample to the next, it is:
 //!
 //! | noise | accelerometer | gyroscope |
 //! |---|---|---|
@@ -19,9 +19,9 @@
 //! | one axis of the gyroscope | 8 | 90 samples | 5 · 10⁻²¹ | 0.25 |
 //! | the gyroscope | 3 | 40 samples | 2 · 10⁻²⁵ | 0.002 |
 //!
-//! A unit test computes these values. Below 0.49 codes of noise, behind a narrow filter or at a wide full scale, a
-//! working axis repeats as long. Neither do repeats prove anything at the end of the range. The kilohertz preset has
-//! twice that noise of angular rate. The preset for 417 Hz, with its filter of 171 Hz, has 0.7 codes.
+//! A unit test computes these values. If the noise is below 0.49 codes, behind a narrow filter or at a wide full
+//! scale, a working axis repeats as long. Repeats prove nothing at the end of the range either. The kilohertz preset
+//! has 1.0 codes of noise in angular rate. The preset for 417 Hz, with its filter of 171 Hz, has 0.7 codes.
 //!
 //! **A part with less noise** shows it by runs without a change that end by themselves. The detector keeps the longest of
 //! them, and takes only a run for frozen that is [`FACTOR`](FrozenDetector::FACTOR) times as long. Among *n* blocks the
@@ -77,7 +77,7 @@ impl Run {
         }
     }
 
-    /// Returns whether the run is longer than a working part's: `least` blocks, and much longer than any that ended.
+    /// Returns whether the run is too long for a working part: at least `least` blocks, and several times the longest run that ended.
     fn is_frozen(self, least: u8) -> bool {
         let most = self.longest.checked_mul(FrozenDetector::FACTOR);
         most.is_some_and(|most| self.now >= most.max(least))
@@ -149,7 +149,7 @@ impl FrozenDetector {
         self.frozen()
     }
 
-    /// Creates a detector without samples that keeps what this one has seen of the part's noise.
+    /// Creates a detector without samples that keeps the part's noise as this one has seen it.
     #[must_use]
     pub fn restarted(&self) -> Self {
         let kept = |run: &Run| Run { now: 0, longest: run.longest };
@@ -163,15 +163,15 @@ impl FrozenDetector {
         }
     }
 
-    /// Number of consecutive repeats of the last sample, for a caller that cannot wait for [`REPEATS`](Self::REPEATS)
-    /// repeats.
+    /// Number of consecutive repeats of the last sample, for a caller that must decide before
+    /// [`REPEATS`](Self::REPEATS) of them.
     #[must_use]
     pub const fn repeats(&self) -> u16 {
         self.repeats
     }
 
-    /// Returns whether the last sample has repeated `least` times, and more than twice as often as any before that
-    /// changed again.
+    /// Returns whether the last sample has repeated at least `least` times, and more than twice as often as in any
+    /// earlier run of repeats that ended.
     #[must_use]
     pub const fn has_repeated(&self, least: u16) -> bool {
         self.repeats >= least && self.repeats > self.longest_repeats.saturating_mul(2)
@@ -223,7 +223,7 @@ impl FrozenDetector {
     }
 }
 
-/// Returns the frozen axes of a sensor, given the runs of all its axes together and of each.
+/// Returns the frozen axes of a sensor, given the run of all its axes together and the run of each axis.
 fn stuck(together: Run, [x, y, z]: [Run; 3], one: u8, all: u8) -> u8 {
     if together.is_frozen(all) {
         return 0b111;

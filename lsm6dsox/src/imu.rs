@@ -76,7 +76,7 @@ const fn validity(sample: &Sample) -> Validity {
 #[cfg(test)]
 mod tests {
     use super::*;
-    /// A burst with these freshness bits and these codes on ωy and ax.
+    /// A burst with these bits of new data, and with these codes on ωy and ax.
     fn read(status: u8, rate: i16, force: i16) -> ImuSample {
         let mut bytes = [0; 16];
         bytes[0] = status;
@@ -108,7 +108,8 @@ mod tests {
         }
     }
 
-    /// Number of samples marked by a force, one each `tick_us` and up to 155 µs off.
+    /// Number of samples that count as saturated after a sample with the code `force`. Ticks are
+    /// `tick_us` apart, and edges come up to 155 µs later.
     fn marked(force: i16, config: &Config, tick_us: u64) -> usize {
         let mut conversion = Conversion::new(config);
         let samples = (0..).zip([0, force, 1_000, 0, -1_000, 0]).filter(|(tick, force)| {

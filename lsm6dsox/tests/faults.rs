@@ -47,7 +47,7 @@ fn reset_in_mid_run_gives_stale_samples_and_fails_verify() {
     assert!(sensor.sample().unwrap().is_fresh());
 }
 
-/// A bus on which the first readings of `CTRL3_C` fail, as of a part that does not answer during its reset.
+/// A bus on which the first readings of `CTRL3_C` fail, as if the part did not answer during its reset.
 struct Deaf {
     spi: SimSpi,
     left: usize,

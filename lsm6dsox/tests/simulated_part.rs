@@ -91,8 +91,8 @@ fn the_scatter_at_rest_is_the_settings_noise() {
         let noise = config.noise();
         let accel = f64::from(noise.specific_force.unwrap() / STANDARD_GRAVITY * 1e3);
         let gyro = f64::from(noise.angular_rate.unwrap() / DEGREE);
-        // By its second-order skirts a Butterworth filter passes 5.4 % more noise than its
-        // cut-off suggests (less if the cut-off nears the rate), and rounding adds 1/√12 of a code.
+        // A second-order Butterworth filter is not steep, so it passes 5.4 % more noise than its
+        // cut-off suggests (less if the cut-off nears the rate). Rounding adds 1/√12 of a code.
         let expected = |noise: f64, code: f64| (noise * noise * 1.11 + code * code / 12.0).sqrt();
         let (accel_found, gyro_found) = scatter(config, 5);
         for (found, noise, code) in accel_found

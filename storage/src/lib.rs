@@ -333,7 +333,7 @@ mod tests {
         settings
     }
 
-    /// Loads what is found after this record was stored.
+    /// Loads the settings that are found after this record was stored.
     fn load(record: &[u8]) -> (Settings, Origin) {
         let mut pages = holding::<BOARD_PAGE>(vec![0xFF; 2 * BOARD_PAGE]);
         assert_eq!(pages.append(record, Erase::Allowed), Ok(()));
@@ -409,7 +409,7 @@ mod tests {
             decayed[bit / 8] ^= 1 << (bit % 8);
             let pages = holding::<BOARD_PAGE>(decayed);
             let found: (Settings, Origin) = Storage::<Flash<BOARD_PAGE>> { pages }.load();
-            // One bit of a mark, or of the zeros behind a record, does no harm.
+            // One wrong bit in a mark, or in the zeros behind a record, does no harm.
             let is_harmless = found == (settings(), Origin::Stored);
             assert!(is_harmless || found.1 == Origin::Corrupted, "bit {bit}: {:?}", found.1);
         }
@@ -430,7 +430,7 @@ mod tests {
     #[test]
     fn a_shorter_record_gives_new_defaults() {
         let record = encode(&settings());
-        // As stored by a program without the last fourteen settings.
+        // A record as a program stores it that lacks the last fourteen settings.
         let shorter = &record[..record.len() - 14 * ENTRY];
         assert_eq!(load(shorter), (settings(), Origin::Stored));
     }

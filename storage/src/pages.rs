@@ -356,7 +356,7 @@ where
         Ok(base)
     }
 
-    /// Writes an item again as it reads, and checks what was written.
+    /// Writes an item again as it reads, and checks the copy.
     ///
     /// # Errors
     /// The flash failed, or the item no longer reads as complete.
@@ -604,7 +604,7 @@ pub(super) mod tests {
                 }
             }
         }
-        // Two pages: each byte twice as an item, each word's header, and the rest of a chunk where it is blank.
+        // In two pages each byte is read twice as an item, each word as a header, and the rest of a chunk if it is blank.
         let bound = 2 * BOARD_PAGE * (2 + HEADER as usize / 4 + CHUNK / 4);
         assert!(most <= bound, "{most} of {bound} bytes");
     }

@@ -30,7 +30,7 @@ struct Part {
     weak: Vec<u32>,
     changes: Weak,
     random: SmallRng,
-    /// Number of this power-up among those of all histories.
+    /// Number of this power-up, counted over all histories.
     power_up: u64,
     /// Number of operations until the supply fails.
     until_cut: Option<u32>,
@@ -189,7 +189,7 @@ impl NorFlash for Part {
     }
 }
 
-/// Settings that differ from those of other numbers.
+/// Settings that differ from the settings of other numbers.
 fn settings(number: u32) -> Settings {
     let mut settings = Settings::default();
     let value = Value::F32(0.1 + number as f32 * 0.001);
@@ -201,7 +201,7 @@ fn settings(number: u32) -> Settings {
 fn run(seed: u64, changes: Weak) -> Result<(), String> {
     let part = Part::new(seed, changes);
     let mut storage = Storage::new(part, &(0..2 * PAGE as u32)).expect("two pages");
-    // The settings acknowledged last, then those of interrupted stores.
+    // The settings acknowledged last, then the settings of interrupted stores.
     let mut possible = vec![Settings::default()];
     let mut is_any_acknowledged = false;
     let mut log = Vec::new();

@@ -1,7 +1,7 @@
 //! Diagnosis of a board and its sensor: object 0x2117, and the lines that show it to people.
 //!
-//! The board sends numbers only. Its text is made where it is read: by `footfall foot … report`, and by the program that
-//! measures a new board.
+//! The board sends numbers only. Its text is made by the program that shows it: by `footfall foot … report`, and by the
+//! program that measures a new board.
 
 use core::fmt;
 

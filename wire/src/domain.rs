@@ -1,8 +1,8 @@
 //! The SDO server for objects of any length: segmented and block download into a domain (CiA 301, 7.2.4.3).
 //!
-//! A segment carries seven bytes. In a block download, one response confirms a sub-block of up to 127 segments. It
-//! contains the number of the last segment in sequence, and the client repeats those after it. Bytes are stored at the
-//! end of each sub-block, when no frame is on its way.
+//! A segment carries seven bytes. In a block download, one response confirms a sub-block of up to 127 segments. The
+//! response contains the number of the last segment in sequence, and the client repeats the segments after it. Bytes
+//! are stored at the end of each sub-block, when no frame is on its way.
 //!
 //! [`SdoServer`] provides all other services.
 

@@ -88,7 +88,7 @@ faults! {
     SensorWrongId = 2, 0x7003, "sensor has a wrong WHO_AM_I", MANUFACTURER, void, "value of WHO_AM_I";
     /// The sensor has lost its configuration: it was reset.
     SensorReset = 3, 0x7004, "sensor was reset", MANUFACTURER, void, "samples affected";
-    /// A register did not read back what was written.
+    /// A register did not read back the value that was written.
     SensorConfigMismatch = 4, 0x7005, "sensor register does not read back", MANUFACTURER, void, "register, written, read, from the lowest byte";
     /// The sensor has been at the end of its range for longer than an impact lasts.
     SensorSaturated = 5, 0x7006, "sensor saturated for long", MANUFACTURER, void, "samples affected";

@@ -395,7 +395,7 @@ mod tests {
             let [.., a, b, c, d] = answer;
             AbortCode::from_code(u32::from_le_bytes([a, b, c, d])).expect("a known code")
         };
-        // Two bytes for one, one for four, a declared size of five.
+        // Downloads of a wrong length: two bytes for one, one for four, and a declared size of five.
         let two = [0x2B, 0x01, 0x20, 0, 1, 2, 0, 0];
         assert_eq!(refused(&[two]), AbortCode::TooLong);
         let one = [0x2F, 0x00, 0x20, 0, 1, 0, 0, 0];
@@ -410,7 +410,7 @@ mod tests {
         let four = [0x21, 0x00, 0x20, 0, 4, 0, 0, 0];
         let three = [0b0000_1001, 1, 2, 3, 0, 0, 0, 0];
         assert_eq!(refused(&[four, three]), AbortCode::Length);
-        // A wrong toggle bit, a segment without a transfer, a block transfer, a read-only name.
+        // Requests that are refused: a wrong toggle bit, a segment without a transfer, a block transfer, a read-only name.
         let toggled = [0x11, 1, 2, 3, 4, 0, 0, 0];
         assert_eq!(refused(&[unsized_, toggled]), AbortCode::ToggleBit);
         assert_eq!(refused(&[seven]), AbortCode::Command);

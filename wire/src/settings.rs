@@ -175,7 +175,7 @@ impl Settings {
         Ok(())
     }
 
-    /// Changes a setting within its own limits, without checking its compatibility with the others.
+    /// Changes a setting within its own limits, without checking its compatibility with other settings.
     fn put(&mut self, address: Address, value: Value) -> Result<(), AbortCode> {
         let (entry, slot) = find(address)?;
         if value.data_type() != entry.data_type() {
@@ -219,7 +219,7 @@ impl Settings {
         if all.check().is_ok() {
             return (all, refused);
         }
-        // Not all are compatible: sets them one by one, then again those that depend on another.
+        // Some are incompatible: sets them one by one, then again, because a setting may become compatible through a later one.
         let mut settings = Self::default();
         for _ in 0..2 {
             for (address, value) in all.iter() {
@@ -336,8 +336,8 @@ impl Settings {
         }
     }
 
-    /// Checks the conditions between settings: the parameters are consistent, so are the parts of the mounting, and the
-    /// streams fit the bit rate.
+    /// Checks the conditions between settings: the parameters are consistent, the parts of the mounting are consistent,
+    /// and the streams fit the bit rate.
     fn check(&self) -> Result<(), AbortCode> {
         let fits = self.worst_load() <= self.can_bit_rate() / 4 * 3;
         let valid = self.params().validate::<WINDOW_CAPACITY>(Stream::KILOHERTZ).is_ok()

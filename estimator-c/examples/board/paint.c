@@ -13,7 +13,8 @@ enum { WORDS = 1536, PAINT = 0x5AFE57AC };
 #define STACK_POINTER "mov %0, sp"
 #endif
 
-/* Paints, calls, and keeps the largest depth in bytes. All in one frame: a function of its own would use the memory. */
+/* Paints, calls, and keeps the largest depth in bytes. It is a macro, because a function would use the painted
+ * memory. */
 #define MEASURED(largest, call)                                                            \
     do {                                                                                   \
         volatile uint32_t *top;                                                            \

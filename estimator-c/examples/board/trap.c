@@ -1,6 +1,6 @@
 /* Traps unaligned access within the library, as a program may do in all of its code: CCR.UNALIGN_TRP. Link with
  * -Wl,--wrap=footfall_estimator_init,--wrap=footfall_estimator_update,--wrap=footfall_estimator_learnt, and with
- * -Wl,--wrap=memcpy: that of newlib accesses words at any address. */
+ * -Wl,--wrap=memcpy, because newlib's accesses words at any address. */
 #include "wrapped.h"
 
 void *__wrap_memcpy(void *, const void *, size_t);

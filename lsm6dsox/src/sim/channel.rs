@@ -256,7 +256,7 @@ impl LowPass {
     /// Passes everything.
     const OPEN: Self = Self { b0: 1.0, b1: 0.0, b2: 0.0, a1: 0.0, a2: 0.0 };
 
-    /// Creates a filter with its −3 dB point at `cutoff`; open if that is (nearly) half the rate or more.
+    /// Creates a filter with its −3 dB point at `cutoff`. It passes everything if `cutoff` is nearly half the rate or more.
     fn new(cutoff: f64, rate: f64) -> Self {
         if cutoff >= 0.49 * rate {
             return Self::OPEN;

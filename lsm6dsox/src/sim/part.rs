@@ -524,7 +524,7 @@ impl Part {
         self.glitches() || self.announces(pin) != self.is_active_low()
     }
 
-    /// Width of a glitch, if that is what drives a pin high now, ns.
+    /// Width, ns, of the glitch that drives a pin high now; `None` if no glitch does.
     #[must_use]
     pub fn glitch_ns(&self, pin: Pin) -> Option<u64> {
         let is_glitch = self.glitches() && self.announces(pin) == self.is_active_low();
@@ -643,8 +643,8 @@ pub struct PartOptions {
     pub clock_error: f64,
     /// Largest delay of an edge, ns; each edge has its own.
     pub jitter_ns: u32,
-    /// Enables noise. It takes three quarters of a run's time: with it, an hour
-    /// of 24 million ticks takes some seconds.
+    /// Enables noise. A run spends most of its time on noise, which matters if it simulates an
+    /// hour.
     pub noise: bool,
     /// Zero-g offset at 25 °C, m/s².
     pub accel_bias: [f64; 3],

@@ -83,8 +83,8 @@ const fn per_axis([ax, ay, az, wx, wy, wz]: [Parameter; 6]) -> [Entry; 6] {
     ]
 }
 
-/// Settings of the attitude filter: those of `estimator_core::params::AttitudeParams` and its `RestParams`, except the
-/// gyroscope's timing. That belongs to the board's sensor.
+/// Settings of the attitude filter: `estimator_core::params::AttitudeParams` and its `RestParams`, except the
+/// gyroscope's timing, which is a property of the board's sensor.
 const ATTITUDE_FILTER: &[Entry] = &[
     Entry::parameter(1, "Motion time constant", Parameter::MotionTimeConstant),
     Entry::parameter(2, "Quiet gain", Parameter::QuietGain),

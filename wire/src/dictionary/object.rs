@@ -16,7 +16,7 @@ pub struct Object {
     pub shape: Shape,
     /// Description.
     pub doc: Text,
-    /// Values. Those of an array or a record do not include sub-index 0.
+    /// Values. Sub-index 0 of an array or a record is not listed.
     pub entries: &'static [Entry],
 }
 

@@ -86,7 +86,7 @@ pub(super) struct Device {
     pub(super) load_age_us: u32,
     pub(super) time: Option<(TimeOfDay, Timestamp)>,
     pub(super) event: Option<Event>,
-    /// Requester of the event that is answered later and pending, if one is. Another one is refused until then.
+    /// Requester of the pending event that is answered later, if there is one. Until it is answered, another such event is refused.
     pub(super) pending: Option<Requester>,
 }
 
@@ -278,7 +278,7 @@ impl DeviceObjects<'_> {
         Ok(())
     }
 
-    /// Resets the learnt values to those of the settings, until new ones are published.
+    /// Resets the learnt values to the values of the settings, until new ones are published.
     fn restart_learning(&mut self) {
         self.published.learnt = self.device.settings.learnt().unwrap_or_default();
     }

@@ -86,7 +86,7 @@ impl Lss {
         let accepted = matches!(answer, Some([LSS_CONFIGURE_NODE_ID, 0, ..]));
         let mut event = None;
         if accepted {
-            // Also written to the settings, so that a store keeps it.
+            // The id is also written to the settings, so that a store keeps it.
             let id = NodeId::new(self.slave.pending_node_id());
             self.assigned = Some(id);
             let set = device.settings.set(NODE_ID, id_setting(id));

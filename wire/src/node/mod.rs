@@ -8,9 +8,9 @@
 //! - [`Node::receive`] with each received frame.
 //! - [`Node::tick`] each millisecond, or at the period given to [`Node::set_tick`].
 //!
-//! It acts on the events that these return. The estimate and all other values behind the objects are the
-//! application's: it lends them to the node as [`Published`]. UART messages reach the same objects by [`Node::read`] and [`Node::write`],
-//! under the same rules:
+//! The application acts on the events that these functions return. It owns the estimate and all other values behind the objects, and
+//! lends them to the node as [`Published`]. UART messages reach the same objects by [`Node::read`] and [`Node::write`], under the same
+//! rules:
 //!
 //! - Settings are written only in pre-operational state, else the result is `0x0800_0022`. Over UART they can also be
 //!   written while there is no node id. LSS, under its own rules, assigns a node id in every state.
@@ -582,7 +582,7 @@ impl Node {
         if let Some(load) = load {
             self.device.take_load(load);
         }
-        // There is one reply. The next tick reports the end of a timeout.
+        // Only one reply can be returned, so the next tick reports the end of a timeout.
         Outcome { reply: self.clear(Fault::PdoLength), event: load.map(Event::Load) }
     }
 

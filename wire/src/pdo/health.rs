@@ -47,7 +47,7 @@ impl ClockReading {
     /// turn of the short clock. So the short time of each contact until then belongs to one full time only.
     pub const OLDEST_SYNC_US: u64 = 200_000;
 
-    /// Number of the SYNC after the one with this number, if all numbers are used. It is 1 after 0, for the first SYNC.
+    /// Number of the SYNC that follows the SYNC with this number, if all numbers are used. It is 1 after 0, for the first SYNC.
     #[must_use]
     pub const fn sync_after(number: u8) -> u8 {
         number % Self::HIGHEST_SYNC + 1

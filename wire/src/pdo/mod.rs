@@ -161,7 +161,7 @@ pub(crate) struct Snapshot {
 }
 
 impl Snapshot {
-    /// Encodes a frame. `estimate` is that of the tick.
+    /// Encodes a frame. `estimate` is the estimate of the tick.
     pub(crate) fn payload(&self, pdo: Pdo, estimate: &ContactEstimate) -> [u8; 8] {
         let faults = self.faults;
         match pdo {

@@ -185,7 +185,7 @@ impl Decoder {
         self.push_as(byte, Message::checked)
     }
 
-    /// Takes a byte, like [`push`](Self::push). Messages other than requests to a foot are of an unknown type.
+    /// Takes a byte, like [`push`](Self::push), but rejects messages other than requests to a foot as of an unknown type.
     pub fn push_request(&mut self, byte: u8) -> Option<Result<Frame, Problem>> {
         self.push_as(byte, Message::checked_request)
     }
@@ -432,7 +432,7 @@ mod tests {
         first.push(0x55);
         let (frames, drops) = decode(&[first, frame(2), frame(3)].concat());
         assert_eq!((frames, drops.refused()), ([2, 3].to_vec(), 1));
-        // Both zeros gone: the two frames are one piece of garbage.
+        // Both zeros are lost, so the two frames are one piece of garbage.
         let (first, second) = (frame(1), frame(2));
         let joined = [&first[..first.len() - 1], &second[1..], &frame(3)].concat();
         let (frames, drops) = decode(&joined);

@@ -1,4 +1,4 @@
-//! Comparison of the decoder in C with the crate's own, frame by frame: also for the tests of host-tests.
+//! Comparison of the decoder in C with this crate's decoder, frame by frame. The tests of host-tests use it too.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};

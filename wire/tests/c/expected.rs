@@ -85,7 +85,7 @@ impl Line {
     fn flags(&mut self, bits: u8) {
         for flag in Flag::ALL {
             let set = bits & Flags::NONE.with(flag).bits() != 0;
-            // In a frame, "saturated" alone is part of the status, and a flag belongs to a sample.
+            // The status of a frame has a member "saturated", so the flag of the sample needs another name.
             let of = match flag {
                 Flag::Saturated => "sample_saturated",
                 flag => flag.name(),

@@ -58,7 +58,7 @@ fn can_frames(random: &mut SmallRng) -> Vec<(u32, Vec<u8>)> {
                 _ => 8,
             };
             let mut data: Vec<u8> = (0..length).map(|_| random.random()).collect();
-            // Valid codes, and those at the ends of the range.
+            // Valid codes, and codes at the ends of the range.
             for byte in &mut data {
                 match random.random_range(0..8) {
                     0 => *byte = 0,
@@ -122,7 +122,7 @@ fn serial_line(random: &mut SmallRng) -> Vec<u8> {
     line
 }
 
-/// A frame with each refusal, stage, fault and counter, of which random frames have few.
+/// A frame with each refusal, stage, fault and counter, because few random frames have them.
 fn each_value() -> Vec<u8> {
     let address = Address::new(0x2000, 0);
     let refusals = AbortCode::ALL.map(|abort| {

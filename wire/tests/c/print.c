@@ -302,7 +302,7 @@ static int print_can(void)
         size_t length = 0;
         struct footfall_frame frame;
         enum footfall_result result;
-        /* Memory of exactly this length, so that a sanitizer sees what reads beyond it. */
+        /* Memory of exactly this length, so that a sanitizer detects a read beyond it. */
         uint8_t *data = (uint8_t *)malloc(64);
         if (data == NULL) {
             return EXIT_FAILURE;

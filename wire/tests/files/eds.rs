@@ -179,7 +179,7 @@ fn write_limits(eds: &mut String, entry: &Entry) {
         DataType::Real32 => ("lowlimit", "highlimit"),
         _ => ("LowLimit", "HighLimit"),
     };
-    // A command need not accept its default, which readers report as an underflow.
+    // Readers report a default below the low limit as an underflow, so such a command has no low limit here.
     if entry.limits().check(entry.default) != Err(AbortCode::TooLow) {
         let _ = writeln!(eds, "{low_key}={}", number(low));
     }
@@ -192,7 +192,7 @@ fn number(value: Value) -> String {
         Value::U8(value) => value.to_string(),
         Value::U16(value) => value.to_string(),
         Value::U32(value) => format!("0x{value:X}"),
-        // The bits, as Lely reads them; 0 has the same meaning for readers of a value.
+        // Lely reads bits, and other readers a number. Both read 0 as 0.
         Value::F32(0.0) => "0".into(),
         Value::F32(value) => format!("0x{:08X}", value.to_bits()),
         Value::Text(text) => text.to_string(),

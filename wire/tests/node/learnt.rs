@@ -48,7 +48,7 @@ fn learnt_values_can_be_read_kept_and_forgotten() {
     let (result, events) = write(&mut node, command, FORGET);
     assert_eq!((result, events), (Ok(()), vec![Event::Calibration(Calibration::Forget)]));
     assert_eq!(node.settings(), &Settings::default());
-    // Also before new values are published.
+    // The command is also refused before new values are published.
     state(&mut node, CalibrationState::Settling);
     assert_eq!(refused(&mut node, command, KEEP), AbortCode::InvalidValue);
 }

@@ -39,7 +39,7 @@ impl Node {
         self.node.tick(&self.published, send);
     }
 
-    /// Ends what is pending, and returns the response to a master.
+    /// Completes the pending event, and returns the response to a master.
     pub fn answer(&mut self, result: Result<(), AbortCode>) -> Option<CanFrame> {
         match self.node.finish(result)? {
             Finished::Can(frame) => Some(frame),
@@ -74,7 +74,7 @@ pub fn send(node: &mut Node, id: u16, data: &[u8]) -> Outcome {
     node.receive(&CanFrame::new(id, data).expect("a frame"))
 }
 
-/// Ticks once and returns what was sent.
+/// Ticks once, and returns the frames that were sent.
 pub fn tick(node: &mut Node, estimate: &ContactEstimate) -> Vec<CanFrame> {
     let mut frames = Vec::new();
     node.published.estimate = *estimate;

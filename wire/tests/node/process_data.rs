@@ -62,7 +62,7 @@ fn pdos_match_the_mappings_of_the_dictionary() {
         assert_eq!(length, 8);
         let mut frame = *last[pdo as usize].expect("sent").data8().expect("full");
         if pdo == Pdo::Contact {
-            // The objects are those of the newest tick; so is TPDO1, which is sent each tick.
+            // All objects are of the newest tick. So is TPDO1, because it is sent each tick.
             assert_eq!(Contact::decode(&frame).stable, wire::pdo::P16::new(0.9));
         }
         if pdo == Pdo::Health {
@@ -217,7 +217,7 @@ fn a_load_is_valid_for_the_event_timer() {
     assert_eq!(send(&mut node, rpdo, &Load(6.0).encode()).reply, None);
     assert_eq!(emergencies(&mut node, 1), [[0, 0, 0, 21, 0, 0, 0, 0]]);
     assert_eq!(node.load(), Some(Load(6.0)));
-    // Over SDO as well; a load that is not taken from CAN raises no fault when it is missing.
+    // A load over SDO is valid as long. If the load does not come over the bus, a missing one raises no fault.
     node.command(NmtCommand::EnterPreOperational);
     accepted(&mut node, source, Value::U8(1));
     accepted(&mut node, object, Value::F32(7.0));
@@ -259,7 +259,7 @@ fn no_load_is_valid_for_longer_than_a_second() {
     assert_eq!(node.load(), Some(Load(7.0)));
     emergencies(&mut node, 1);
     assert_eq!(node.load(), None);
-    // Of the ticks of a slower board there are fewer.
+    // A slower board has fewer ticks in the same time.
     node.set_tick(2_400);
     accepted(&mut node, object, Value::F32(7.0));
     emergencies(&mut node, 416);

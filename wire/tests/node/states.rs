@@ -110,7 +110,7 @@ fn sync_and_time_are_passed_on() {
     let time = TimeOfDay::new(12_345_678, 15_000);
     assert_eq!(send(&mut node, 0x100, &time.encode()).event, Some(Event::Time(time)));
     assert_eq!(send(&mut node, 0x100, &[1, 2]), Outcome::default());
-    // It is kept, with its reception time.
+    // The time stamp is kept, with its reception time.
     assert_eq!(node.time(), Some((time, NOW)));
     for (sub, value) in
         [(1, Value::U16(15_000)), (2, Value::U32(12_345_678)), (3, Value::U32(500_000))]
@@ -123,7 +123,7 @@ fn sync_and_time_are_passed_on() {
 fn a_boot_resets_pending_transfers_and_stores() {
     let mut node = node();
     let sdo = 0x600 + u16::from(ID);
-    // A transfer, a store, the age of the heartbeat, and the requests of a SYNC.
+    // Begins a transfer and a store, and leaves a heartbeat and a frame for a SYNC due.
     send(&mut node, sdo, &[0x40, 0x08, 0x10, 0, 0, 0, 0, 0]);
     send(&mut node, 0x7E5, &lss::encode_switch_global(true));
     send(&mut node, 0x7E5, &lss::encode_store());

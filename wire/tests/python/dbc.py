@@ -1,4 +1,4 @@
-"""Frames as cantools decodes them with footfall.dbc, against what was encoded.
+"""Compares frames that cantools decodes with footfall.dbc with the values that were encoded.
 
 usage: dbc.py DBC FRAMES, with FRAMES as written by tests/python.rs
 """
@@ -41,7 +41,7 @@ def main(dbc, frames):
                 low, high = signal.minimum, signal.maximum
                 assert low - 1e-6 <= value <= high + 1e-6, (row, value)
             count += 1
-    # A quantity without a value says so.
+    # A quantity without a value has the code for "no value".
     signed = 0
     for message in database.messages:
         assert message.name in seen or message.name.endswith("_Load"), message.name

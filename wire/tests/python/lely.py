@@ -1,5 +1,5 @@
 """footfall.eds as Lely's tools read it, which ros2_canopen runs: dcfchk, and dcfgen with the bus.yml
-of README.md. Neither may say anything.
+of README.md. Neither may print anything.
 
 usage: lely.py EDS OBJECTS README, with OBJECTS as written by tests/python.rs
 """
