@@ -110,7 +110,7 @@ fn write(flash: &mut impl Flash, record: u32, word: u32) -> Result<(), FlashFail
     flash.program(at + 4, !word)
 }
 
-/// Sets the event of a record to zero. No complement makes that an event.
+/// Sets the event of a record to zero. Such a record is never valid, whatever its complement.
 fn void(flash: &mut impl Flash, record: u32) -> Result<(), FlashFailed> {
     flash.program(address(record), 0)
 }
@@ -218,7 +218,7 @@ impl State {
             Event::Install => {
                 match self.progress {
                     Progress::Trial(starts) => self.trial = Some(starts),
-                    // Its trial is over, so it cannot be the program to return to.
+                    // The trial of the running program is over, so it cannot be the program to return to.
                     Progress::Restoring(_) => self.trial = Some(MOST_STARTS),
                     Progress::Settled | Progress::Installing | Progress::Replacing => {}
                 }

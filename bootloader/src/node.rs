@@ -196,7 +196,7 @@ impl<F: Flash> Node<F> {
             return None;
         }
         self.id = Some(NodeId::new(self.lss.pending_node_id())?);
-        // So masters that look for nodes without an id do not find this one again.
+        // The id is adopted, so that masters that look for nodes without an id do not find this one again.
         self.lss.adopt_pending();
         self.frame(Message::BootUp, line)
     }

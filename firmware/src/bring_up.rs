@@ -95,7 +95,7 @@ impl Report {
 pub struct BoardReport {
     /// Name of the board.
     pub board: &'static str,
-    /// Its serial number.
+    /// Serial number of the board.
     pub serial: u32,
     /// First digits of this program's commit; 0 if no commit has its sources.
     pub program: u32,
@@ -114,7 +114,7 @@ const BOARD_REPORT: usize = 1_100;
 const BOARD_TEXT: usize = 1_150;
 
 impl BoardReport {
-    /// Lines under the names of `footfall foot … report`. It has more, about a foot.
+    /// Lines of the report, with the names that `footfall foot … report` uses. That command also prints lines about a foot.
     #[must_use]
     pub fn text(&self) -> String<BOARD_TEXT> {
         let mut shown: String<BOARD_REPORT> = String::new();

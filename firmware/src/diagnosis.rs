@@ -8,7 +8,7 @@ use crate::sampling::{Measurement, Tick};
 /// Ticks of an interval.
 const INTERVAL: u16 = 1_000;
 
-/// Largest difference of two successive codes that counts. A larger one is motion, and so is its interval.
+/// Largest difference of two successive codes that counts. A larger difference is motion, and its interval then counts as motion.
 const LARGEST: i32 = 255;
 
 /// Noise and mean of the codes of successive samples.
@@ -29,7 +29,7 @@ struct Axis {
 }
 
 impl CodeMeter {
-    /// Samples of which the sums have room.
+    /// Number of samples for which the sums have room.
     const MOST: u16 = 60_000;
 
     /// Takes a sample. The first one only precedes the next. Samples after 60 000 are ignored.
@@ -112,7 +112,7 @@ impl DiagnosisMeter {
         }
         diagnosis.edges = core::mem::take(&mut self.edges);
         self.ticks = 0;
-        // Of a whole interval each sample has a predecessor, except the very first.
+        // Each sample of a whole interval has a predecessor, except the very first sample.
         let is_whole = self.codes.samples + 1 >= INTERVAL;
         let unrest = self.codes.unrest();
         if is_whole && self.least.is_none_or(|least| unrest < least) {

@@ -1,4 +1,4 @@
-//! The estimator of a foot, and the settings through which a sample gets to it.
+//! The estimator of a foot, with the settings that apply to a sample on its way to the estimator.
 
 use estimator_core::any::{AnyConfig, AnyEstimator};
 use estimator_core::correction::AccelerometerCorrection;
@@ -51,8 +51,8 @@ impl Estimation {
         self.renewal = self.renewal.max(Some(renewal));
     }
 
-    /// Estimates from a sample along the sensor's axes. A new estimator, if one was requested, has the parameters of
-    /// `settings`, and takes a sample each `tick_us`. A window that is shorter holds one sample.
+    /// Estimates from a sample along the sensor's axes. If a new estimator was requested, it has the parameters of
+    /// `settings`, and takes a sample each `tick_us`. A window shorter than a tick holds one sample.
     pub(crate) fn update(
         &mut self,
         mut sample: ImuSample,

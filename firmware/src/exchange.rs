@@ -16,12 +16,12 @@ use crate::uart_requests::UartRequest;
 /// Maximum number of inputs handled per tick. Further inputs wait for the next tick.
 pub const INPUTS_PER_TICK: usize = 8;
 
-/// Both directions.
+/// Exchange with the foot in both directions.
 #[derive(Debug, Default)]
 pub struct Exchange {
     /// Into the foot.
     pub received: Received,
-    /// Out of it.
+    /// Out of the foot.
     pub outbox: Outbox,
 }
 
@@ -176,8 +176,8 @@ pub struct Dropped {
 #[derive(Clone, Debug)]
 pub struct Outbox {
     can: Vec<(Lane, CanFrame), { Self::CAN }>,
-    /// Frames in place, of which the first `uart_frames` are in use. The others wait for their next use: a new one would first
-    /// be moved here, and an array of all would first be on the stack.
+    /// Frames in place. The first `uart_frames` are in use, and the others are kept for the next use: a new frame would first
+    /// be moved here, and an array of all frames would first be on the stack.
     uart: Vec<UartFrame, { Self::UART }>,
     uart_frames: usize,
     requests: Vec<Request, REQUESTS>,
@@ -271,7 +271,7 @@ impl Outbox {
     #[inline(never)]
     pub(crate) fn push_uart(&mut self, lane: Lane, sequence: u16, message: &Message) {
         if self.uart_frames == self.uart.len() {
-            // All are in use. If there is no room for another, the next line finds none.
+            // All frames are in use, so one is added. If the array is full, `get_mut` below finds none.
             let _ = self.uart.push(UartFrame::EMPTY);
         }
         let Some(frame) = self.uart.get_mut(self.uart_frames) else {

@@ -1,7 +1,7 @@
 //! Additions and multiplications of f32 on a core without a floating-point unit, with the bits of IEEE 754.
 //!
-//! They take half the time of the compiler's library, whose product of 24 bits needs a 64-bit multiplication. The boot
-//! ROM's functions are as fast, but flush subnormal numbers.
+//! They are faster than the compiler's library, whose product of 24 bits needs a 64-bit multiplication. The functions
+//! of the boot ROM are as fast, but flush subnormal numbers.
 //!
 //! Operands and results are bits. Rounding is to nearest, ties to even.
 
@@ -134,7 +134,7 @@ pub fn multiply(a: u32, b: u32) -> u32 {
     /// Offset of the sum of two exponents: the bias, plus one for the leading bit of the result.
     const LEAST: u32 = 128;
     let (ea, eb) = (a << 1 >> 24, b << 1 >> 24);
-    // Neither 0 nor 0xFF.
+    // The products below are for normal numbers, whose exponents are neither 0 nor 0xFF.
     if ea.wrapping_sub(1) >= 0xFE || eb.wrapping_sub(1) >= 0xFE {
         return multiply_others(a, b);
     }

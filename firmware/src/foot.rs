@@ -319,7 +319,7 @@ impl Foot {
     }
 
     /// Makes the messages of the same tick for the serial line. They follow the contact on the bus, because encoding them
-    /// takes some 20 µs.
+    /// first would delay it.
     pub fn stream(&mut self, inputs: &Inputs<'_>, out: &mut Outbox) {
         out.clear();
         self.send_uart(inputs.tick, inputs.measurement, out);
@@ -862,8 +862,8 @@ impl SensorHealth {
     }
 }
 
-/// Request to restart the program or to reload its settings. The next one is passed to the board when the settings have
-/// been reloaded, so at most one is with the board.
+/// Request to restart the program or to reload its settings. At most one such request is with the board: the next one
+/// is passed on when the settings have been reloaded.
 #[derive(Debug, Default)]
 struct Restart {
     wanted: Option<Request>,

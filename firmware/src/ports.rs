@@ -204,7 +204,7 @@ impl<M: Mailboxes> Ports<M> {
             && !received.inputs.is_full()
             && let Ok(input) = self.inputs.try_receive()
         {
-            // It is not full.
+            // The push succeeds, because `inputs` is not full.
             let _ = received.inputs.push(input);
         }
         if received.reloaded.is_some() || !self.reloaded.is_empty() {
@@ -221,7 +221,7 @@ impl<M: Mailboxes> Ports<M> {
         }
         for UartFrame { lane, encoded } in outbox.uart() {
             dropped.uart += self.uart.push_with(*lane, |bytes| {
-                // It has room for the longest frame.
+                // The item has room for the longest frame.
                 let _ = bytes.extend_from_slice(encoded.as_bytes());
             });
         }
@@ -649,7 +649,7 @@ mod tests {
     fn full_line_keeps_all_contacts_of_a_late_sender() {
         /// The longest line that goes with a contact: all responses do.
         const LONGEST: usize = 37;
-        // From the median tick under full load to twice the longest, with which the line is never idle.
+        // Ticks from the median under full load to twice the longest. With those of 500 µs the line is never idle.
         for tick_us in (140..=500).step_by(10) {
             for response in 1..=LONGEST {
                 for late_us in [0, 100] {

@@ -21,13 +21,13 @@
 //! **Slow bus.** After three errors of the bus, each within 1000 samples of the previous one, its clock is halved, down to
 //! 1.25 MHz: long wires or a level shifter may leave no time to read the data line. These count as errors:
 //!
-//! - a start or a measuring that ends because identity or registers read wrong; failed starts take no samples;
+//! - a start, or a run of measurements, that ends because identity or registers read wrong (failed starts take no samples);
 //! - a register that is read correctly only at the second attempt;
 //! - a status that no part sends.
 //!
 //! A board with wires of unknown quality starts below the speed for which it is made. At each start of the sensor the next
-//! faster speed is tried before the first sample: every register of the configuration is read back 32 times. A
-//! speed with a wrong reading, and one that was halved, is not tried again.
+//! faster speed is tried before the first sample: every register of the configuration is read back 32 times. A speed with
+//! a wrong reading is not tried again, nor is a speed that was halved.
 //!
 //! **Lost edges.** If edges are missing but samples are new, the fault is in the line of the edges. Samples are then
 //! read at the end of the wait for an edge, and this is reported, until edges have come for a second again. Reading by
@@ -37,11 +37,11 @@
 //! - after one restart of the sensor, if no edge comes;
 //! - after two restarts, if many edges are missing.
 //!
-//! Meanwhile a rate of edges that stays wrong is a fault of the sensor again.
+//! While samples are read by the timer, a rate of edges that stays wrong is a fault of the sensor again.
 //!
-//! **No line for edges.** A cable with the wires of I²C alone has none. Each tick then reads the newest sample, which
-//! is at most 150 µs old. Its timestamp is that of the mean age, so it errs by 75 µs at most. A sensor at a rate that
-//! is too low shows as samples that are not new.
+//! **No line for edges.** A cable with the wires of I²C alone has no wire for edges. Each tick then reads the newest
+//! sample, which is at most 150 µs old. Its timestamp assumes the mean age, so it errs by 75 µs at most. A sensor at
+//! a rate that is too low shows as samples that are not new.
 //!
 //! **Flags.** From the first bad tick on its sample is flagged, so that the estimate is "not stable" before the fault
 //! is identified. After each start samples stay flagged until each axis has changed, for some ten ticks: an axis that
@@ -157,8 +157,8 @@ pub async fn run<BUS: AsyncBus + SetBusSpeed>(
             self_test = tested.is_err();
             started = tested.map(|failed| failed.or(lost));
         }
-        // The fault that ends this measuring, or that did not let it begin; and the fault that the next tick reports. A
-        // start can lead to a fault and succeed, as after a lost configuration or a failed self-test.
+        // `reason` is the fault that ends this measuring, or that did not let it begin. `unreported` is the fault that the
+        // next tick reports. A start can succeed and yet report a fault, such as a lost configuration or a failed self-test.
         let mut reason = None;
         let mut unreported = match started {
             Ok(fault) => {
@@ -655,7 +655,7 @@ mod tests {
 
     #[test]
     fn bus_is_raised_to_the_fastest_speed_that_reads_right() {
-        // Data of the part, ns after the clock's edge. Half a period is 200 ns at half of the speed, and 400 at a quarter.
+        // Delay of the part's data after the clock's edge, ns, which must be less than half a period: 200 ns at `Half`, 400 at `Quarter`.
         for (sdo_delay_ns, speed) in [(25, BusSpeed::Half), (300, BusSpeed::Quarter)] {
             let options = PartOptions { sdo_delay_ns, ..PartOptions::DEFAULT };
             let part = Part::with_options(|_: f64| Stimulus::REST, options).shared();

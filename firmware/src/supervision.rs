@@ -46,8 +46,8 @@ impl Liveness {
         }
     }
 
-    /// Returns whether all have reported since this was last true: feed the watchdog then. While it is false, the
-    /// reports are kept.
+    /// Returns whether all workers have reported since the last call that returned true. If so, clears the
+    /// reports: feed the watchdog. Otherwise keeps them.
     #[must_use]
     pub fn all_alive(&self) -> bool {
         let alive = self.0.iter().all(|is_alive| is_alive.load(Ordering::Relaxed));
@@ -207,7 +207,7 @@ pub struct StackDepth {
 }
 
 impl StackDepth {
-    /// Words checked per call. Checking all of the stack at once would take half a per cent of the processor.
+    /// Words checked per call. The stack is checked piece by piece, because all of it in each call would load the processor.
     const PIECE: usize = 128;
 
     /// Checks the next piece of a stack of `words`. Returns the maximum depth, bytes, if it has changed. Starts again

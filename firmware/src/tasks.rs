@@ -284,7 +284,7 @@ mod tests {
             board.is_acknowledged.set(interval >= 150);
             board.confirms.set(interval >= 300);
         });
-        // Reached after fifteen seconds; tried again ten seconds after each failure, and never after a success.
+        // The foot can be reached after fifteen seconds. A failed confirmation is repeated after ten, and a success is final.
         assert_eq!(*board.attempts.borrow(), [151, 251, 351]);
     }
 

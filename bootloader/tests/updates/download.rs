@@ -116,7 +116,7 @@ impl Master {
                 self.sent += 1;
                 let random = self.sent.wrapping_mul(0x9E37_79B9) >> 16;
                 let is_lost = self.lose.is_some_and(|one| random.is_multiple_of(one));
-                // The last of a sub-block would be lost with the answer to it: its client has a timeout for that.
+                // A lost last segment would leave the sub-block without an answer, for which a client has a timeout.
                 if !is_lost || k + 1 == block.len() {
                     answer = self.send(request);
                     if self.delivery == Delivery::Twice {
@@ -168,7 +168,7 @@ fn downloaded_program_is_installed_by_start() {
 
 #[test]
 fn end_with_the_bytes_of_the_last_segment_is_taken() {
-    // Segment 65 + 4 n of a block, as the last one, with n unused bytes: its command is that of the end.
+    // If a block ends with segment 65 + 4 n, and that has n unused bytes, the segment begins as the end of a download does.
     for unused in 0..7 {
         let mut lengths = (1..=4_usize).map(|blocks| 7 * (127 * blocks + 65 + 4 * unused) - unused);
         let length = lengths.find(|length| length % 4 == 0).expect("whole words");
@@ -471,7 +471,7 @@ fn refused_request_of_the_other_line_does_not_take_a_start_back() {
 
 #[test]
 fn journal_filled_by_updates_without_a_power_cycle_is_erased() {
-    // An update has four records: the last that fits is any of them.
+    // An update writes four records. With these four lengths each of them is the last that fits once.
     for filled in 8_000..8_004 {
         let mut chip = chip();
         let mut state = State::read(&chip);
@@ -486,7 +486,7 @@ fn journal_filled_by_updates_without_a_power_cycle_is_erased() {
             chip = master.node.release();
             assert_eq!(settle(&mut chip, KEY), Ok(Start::Program), "{update}");
             assert!(chip.holds(Slot::Running, &new), "{update}");
-            // The program confirms itself, and is stopped: no start has seen the journal with nothing in progress.
+            // The program confirms itself and is stopped, so that no start sees the journal with nothing in progress.
             chip.log(Event::Confirmed);
         }
     }

@@ -31,7 +31,7 @@ pub struct Chip {
     pub operations: u32,
     /// Operation in which the supply fails.
     pub cut: Option<(u32, Cut)>,
-    /// Cell that does not hold a bit that is set: the address of its word, and the bit.
+    /// Bad cell that always reads 0: the address of its word, and the bit.
     pub bad_cell: Option<(u32, u32)>,
     /// Largest number of times that a sector was erased.
     pub erases: Cell<u32>,
@@ -201,7 +201,7 @@ pub fn sign(mut header: Header, program: &[u8], key: &[u8; 32]) -> Vec<u8> {
     image
 }
 
-/// Program of `length` bytes that differs from those of other seeds.
+/// Program of `length` bytes that differs from the programs of other seeds.
 pub fn program(seed: u8, length: usize) -> Vec<u8> {
     (0..length).map(|k| (k as u8).wrapping_mul(31) ^ seed).collect()
 }

@@ -43,7 +43,7 @@ struct Part {
     /// Bits that read differently.
     weak: Vec<u32>,
     bits: Bits,
-    /// Number of this power-up among those of all histories.
+    /// Number of this power-up, counted over all histories.
     power_up: u64,
     random: RefCell<SmallRng>,
     /// Number of operations until the supply fails.
@@ -57,7 +57,7 @@ struct Programs {
     images: Vec<Vec<u8>>,
     /// Programs that have begun to confirm themselves: they work.
     work: Vec<bool>,
-    /// Whether one of them has completed that: from then on the board has a program.
+    /// Whether the confirmation of one has been completed, because from then on the board has a program.
     has_worked: bool,
     /// First violation of the invariant.
     lost: Option<String>,

@@ -6,5 +6,5 @@ mod flash;
 mod histories;
 mod power_cut;
 
-/// Every how many of the cases of a sweep is tried: a prime, so that all kinds occur.
+/// The sweeps try one case in this many. It is a prime, so that cases of all kinds occur.
 const STRIDE: usize = 7;

@@ -34,7 +34,7 @@ fn is_tried(at: u32, operations: u32) -> bool {
     operations < 2_000 || at < ENDS || at + ENDS > operations || at.is_multiple_of(199)
 }
 
-/// Cuts one in `step` operations of the start of a chip, and once more one of the start after it.
+/// Starts a chip with a power cut in one operation of each `step`, and then with a second cut in the start that follows.
 fn cut_every(step: u32, before: &Chip, programs: [&[u8]; 2], expected: usize) {
     let mut chip = before.clone();
     let found = starts_one_of(&mut chip, programs, "without a cut");
@@ -46,7 +46,7 @@ fn cut_every(step: u32, before: &Chip, programs: [&[u8]; 2], expected: usize) {
         for at in tried.step_by(step as usize) {
             let mut chip = before.clone();
             assert!(cut_in(&mut chip, at, cut), "{at} {cut:?}");
-            // A second cut where the first start after it does its own copying.
+            // The second cut is at half the number, where the start after the first cut is copying.
             let mut twice = chip.clone();
             if cut_in(&mut twice, at / 2 + 1, cut) {
                 let context = format!("{at} {cut:?}, then {} once more", at / 2 + 1);
@@ -74,7 +74,7 @@ fn received(old: &[u8], previous: Option<&[u8]>, new: &[u8]) -> Chip {
     chip
 }
 
-/// One in this many operations is cut by default: a product of primes, so that all kinds occur.
+/// One operation in this many is cut by default. It is a product of primes, so that cuts of all kinds occur.
 const SPARSE: u32 = 11 * STRIDE as u32;
 
 fn cut_updates(step: u32) {
@@ -153,7 +153,7 @@ fn decayed_program_is_replaced_by_the_previous() {
     assert_eq!(settle(&mut Chip::blank(), KEY), Ok(Start::Nothing(None)));
 }
 
-/// One bit makes a program that was sent one of a probe, which is started unchecked.
+/// If one bit decays, a program that was sent looks like a program of a probe, which is started unchecked.
 #[test]
 fn program_whose_kind_has_decayed_is_replaced() {
     let (old, new) = (image(2, 2), image(3, 3));
@@ -164,7 +164,7 @@ fn program_whose_kind_has_decayed_is_replaced() {
         chip.decay_kind(Slot::Running);
         chip.runs(&old);
         assert_eq!(State::read(&chip).refusal, Some(Refusal::Decayed));
-        // Nor is it mistaken for a program that a probe has written in place of the one on trial.
+        // Nor does it look like a program that a probe has written in place of the program on trial.
         let mut chip = received(&old, None, &new);
         assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
         chip.decay_kind(Slot::Running);
@@ -226,7 +226,7 @@ fn full_journal_keeps_its_state_over_a_cut() {
 fn copy_that_was_interrupted_is_no_program() {
     let (old, new) = (probed(2), image(3, 3));
     let mut chip = received(&old, None, &new);
-    // In the copy of the running program, whose header has no hash.
+    // The cut is in the copy of the running program, whose header has no hash.
     assert!(cut_in(&mut chip, 150, Cut::After));
     chip.decay(Slot::New.start() + 600);
     chip.decay(Slot::Running.start());
@@ -250,7 +250,7 @@ fn failed_trial_without_a_previous_program_stays_in_the_bootloader() {
     let mut chip = chip.with(Slot::New, &image(4, 4));
     chip.log(Event::Install);
     chip.runs(&image(4, 4));
-    // It fails as well. The first one has never worked, so it is not restored.
+    // The second program fails as well. The first one is not restored, because it has never worked.
     for _ in 1..MOST_STARTS {
         assert_eq!(settle(&mut chip, KEY), Ok(Start::Program));
     }
@@ -399,7 +399,7 @@ fn trial_survives_any_cut_in_the_erase_of_a_full_journal() {
             }
         }
         for cut in CUTS {
-            // One word of each record becomes zero before the erase; some of these operations are tried.
+            // Before the erase, one word of each record is set to zero. The cuts are in some of these operations.
             let words = JOURNAL_SIZE / 8;
             for at in (1..).filter(|at| is_tried(*at, words) || *at > words - 150) {
                 let mut chip = full.clone();

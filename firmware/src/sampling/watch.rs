@@ -25,10 +25,10 @@ const WRONG_RATE: u16 = 200;
 
 /// Repeats of a sample, with all six codes, before the sensor counts as frozen.
 ///
-/// With the noise of the preset all six codes of a sample at rest repeat by chance once in 137 000 samples, and three
-/// times in a row once in 80 000 years. With half of that noise three in a row come three times a year, or once a day
-/// if the mean of each axis lies in the middle of a code. Then two in a row, which end by themselves, come first, and
-/// raise the limit. Four repeats would take up to 5.0 ms.
+/// Computed from the noise of the preset: all six codes of a sample at rest repeat by chance once in 137 000 samples,
+/// and three times in a row once in 80 000 years. With half of that noise three in a row come three times a year, or
+/// once a day if the mean of each axis lies in the middle of a code. Then two in a row, which end by themselves, come
+/// first, and raise the limit. Four repeats would take up to 5.0 ms.
 pub const FROZEN_REPEATS: u16 = 3;
 
 /// Number of repeats from which a sample is not trusted.
@@ -49,7 +49,7 @@ pub enum ReadAt {
     /// The data-ready edge after the tick.
     #[default]
     Edge,
-    /// The end of the wait for it, because the line is dead or loses edges although the sensor measures.
+    /// The end of the wait for the edge, because the line is dead or loses edges although the sensor measures.
     Timer,
 }
 
@@ -163,8 +163,8 @@ impl Watch {
         let is_right = EDGES.contains(&number);
         self.wrong_rate =
             if number > 0 && !is_right { self.wrong_rate.saturating_add(1) } else { 0 };
-        // A lost edge is followed by others. After the last edge of a dead line none follows; a slow sensor sends too
-        // few.
+        // An edge is lost if others follow it. After the last edge of a dead line none follows, and a slow sensor
+        // sends too few.
         if self.edge_missed && is_right && self.without_edge == 0 {
             let is_soon = self.turn.wrapping_sub(self.lost_turn) <= LOST_WITHIN;
             self.lost = if is_soon { self.lost.saturating_add(1) } else { 1 };
@@ -469,7 +469,7 @@ mod tests {
         assert_eq!(after(lost, ordinary()), (None, ReadAt::Timer));
         assert_eq!(after(lost, lost), (None, ReadAt::Timer));
         let unannounced = Some(SampleIssue::Unannounced);
-        // A line that is dead, and a sensor that is too slow.
+        // A dead line, and a sensor that is too slow.
         for edges in [0, 4] {
             let second = tick(false, Some(edges));
             assert_eq!(after(lost, second), (unannounced, ReadAt::Edge));
@@ -488,7 +488,7 @@ mod tests {
                 issue.expect("an issue")
             };
             assert_eq!(first_issue(&mut watch), 199);
-            // A restart of the sensor changes nothing about it, a tick without edges or with the right number ends it.
+            // A restart of the sensor keeps the count. A tick without edges, or with the right number of them, ends it.
             watch.restart();
             assert_eq!(first_issue(&mut watch), 0);
             for other in [tick(false, Some(0)), ordinary()] {
@@ -514,7 +514,7 @@ mod tests {
             }
         };
         ticks(&mut watch, 999, ordinary());
-        // A tick without an edge resets the count, as does one with too many.
+        // A tick without an edge, or with too many, resets the count.
         ticks(&mut watch, 1, tick(true, Some(60)));
         ticks(&mut watch, 999, ordinary());
         assert_eq!(watch.read_at, ReadAt::Timer);

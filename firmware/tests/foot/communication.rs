@@ -109,7 +109,7 @@ fn a_minute_without_a_receiver_costs_frames_but_no_tick() {
         valid += u32::from(!bench.foot.estimate().flags.are_doubt());
     }
     assert_eq!(valid, 60_000);
-    // 1 + 4/20 + 1/1000 + 1/100 frames per tick on CAN and 2 in 500 ms; 1 + 1/100 on the UART.
+    // Per tick CAN carries 1 + 4/20 + 1/1000 + 1/100 frames, and 2 more each 500 ms. The UART carries 1 + 1/100.
     let dropped = bench.foot.counters().dropped() - dropped;
     assert!((130_000..140_000).contains(&dropped), "{dropped}");
     bench.can_listens = true;

@@ -136,7 +136,7 @@ fn on_the_foot(
     (samples, estimates)
 }
 
-/// Estimates of a replay of the samples, as of a file by `footfall replay`.
+/// Estimates of a replay of the samples, as `footfall replay` estimates a file.
 fn on_the_host(samples: &[ImuSample], robot: &str) -> Vec<ContactEstimate> {
     let mut table = String::from("t,ax,ay,az,wx,wy,wz\n");
     for sample in samples {

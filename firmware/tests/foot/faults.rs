@@ -181,7 +181,7 @@ const WITHOUT_LINE: Run =
 
 #[test]
 fn sensor_faults_are_flagged_on_a_board_without_a_line() {
-    // All faults but those of the edges.
+    // All faults except the faults of the edges.
     for (fault, reported, doubted_within, _) in &CASES[..5] {
         for phase in 0..10 {
             let begin = BEGIN + phase * 113_313;
@@ -270,7 +270,7 @@ fn samples_are_read_by_the_timer_where_no_edge_comes() {
             matches!(cleared[..], [time] if (998 * MS..1_010 * MS).contains(&(time - back))),
             "{faults:?}"
         );
-        // When a wait for an edge ends, the newest sample is at most one period old.
+        // At the end of a wait for an edge, the newest sample is at most one period of the sensor old.
         assert!(ages.len() > 1_000, "{}", ages.len());
         assert!(ages.iter().all(|age| (0..=200).contains(age)), "{ages:?}");
     }
@@ -371,7 +371,7 @@ fn a_failed_first_start_is_reported_if_the_second_succeeds() {
     part.inject(PartFault::MisoStuckHigh);
     let clear = |part: &SharedPart| part.with(Part::clear_faults);
     let options = Run {
-        // The identity is read after 10 ms, after a reset 10 ms later, and again at 30 ms at the earliest.
+        // The identity is read after 10 ms. After a reset it is read 10 ms later, and again at 30 ms at the earliest.
         actions: &[(25 * MS, &clear)],
         ..Run::default()
     };
@@ -437,7 +437,7 @@ fn a_failed_self_test_axis_invalidates_every_estimate() {
 #[test]
 fn self_test_keeps_the_report_of_lost_settings() {
     let part = standing();
-    // In the first self-test. The second follows a start that finds the settings lost.
+    // The reset comes in the first self-test. The second self-test follows a start that finds the settings lost.
     let reset = |part: &SharedPart| part.inject(PartFault::Reset);
     let options = Run { self_test: true, actions: &[(300 * MS, &reset)], ..Run::default() };
     let mut bench = Bench::new(Settings::default());

@@ -23,7 +23,7 @@ pub struct Flash {
     power: u64,
     /// Number of bytes written and erased so far.
     spent: u64,
-    /// Failed bits that remain cleared: those of the mask, in these bytes.
+    /// Failed bits that remain cleared: the bits of the mask, in these bytes.
     dead: (Range<usize>, u8),
 }
 
@@ -155,7 +155,7 @@ fn a_power_cut_in_a_store_leaves_the_old_or_new_settings() {
             survivor.power = u64::MAX;
             let mut after = storage(survivor.clone());
             let (loaded, origin) = after.load();
-            // There is nothing to find before the first store.
+            // Before the first store, a load finds no settings.
             assert!(number == 0 || origin == Origin::Stored, "{at}");
             assert!(loaded == old || loaded == new, "{at}: a mixture");
             let read = after.release();
@@ -276,7 +276,7 @@ fn a_decayed_newest_record_is_reported_and_the_previous_used() {
         flash.bytes[at] ^= 0x04;
         assert_eq!(load(flash), (settings(1), Origin::Corrupted), "byte {at}");
     }
-    // There is no other.
+    // No other record is valid.
     let mut flash = older;
     flash.bytes[from / 2] ^= 1;
     assert_eq!(load(flash), (Settings::default(), Origin::Corrupted));

@@ -52,8 +52,8 @@ impl Handler<USBCTRL_IRQ> for FrameHandler {
 
 /// Time since the last start of a frame, µs.
 pub fn since_frame() -> u32 {
-    // Read before the time: a frame between the two would otherwise come from the future, an hour ago by the
-    // difference.
+    // The time of the frame is read first. If a frame came between the two reads, its time would be later
+    // than `micros`, and the difference would wrap to an hour.
     let frame_at = FRAME_AT.load(Ordering::Acquire);
     micros().wrapping_sub(frame_at)
 }

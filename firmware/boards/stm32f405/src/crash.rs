@@ -112,8 +112,8 @@ fn note_and_reset(reason: CrashReason, program_counter: u32, detail: u32) -> ! {
     SCB::sys_reset()
 }
 
-/// Ignores the message, so that the linker drops the texts of all panics, a tenth of the flash. The program counter and
-/// the ELF give file and line.
+/// Ignores the message, so that the linker drops the texts of all panics, which would take room in the flash. The
+/// program counter and the ELF give file and line.
 #[panic_handler]
 fn panic(_: &PanicInfo) -> ! {
     cortex_m::interrupt::disable();

@@ -336,8 +336,8 @@ async fn send_uart(mut uart: uart::Sender) {
     let mut batch = UartBatch::default();
     loop {
         let sent = {
-            // No tick comes between the choice of the frames and the start of their transfer. It would delay the
-            // transfer by its own duration, and the next contact but one could find the next one still queued.
+            // No tick may come between the choice of the frames and the start of their transfer. A tick would delay
+            // the transfer by its own duration, and the contact after the next one could then replace it in the queue.
             let (line, frames) = (&mut uart, &mut batch);
             let transfer = critical_section::with(move |_| match PORTS.take_uart(frames) {
                 [] => None,

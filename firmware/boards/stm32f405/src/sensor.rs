@@ -58,10 +58,10 @@ const BOTH: u32 = CHANNEL << 25 | 0b11 << 16 | 1 << 10 | 1;
 const TRANSMITTING: u32 = BOTH | 0b01 << 6;
 const RECEIVING: u32 = BOTH | 1 << 4 | 1 << 2;
 
-/// Length of the longest burst, that of a sample, bytes.
+/// Length of the longest burst, which is the burst of a sample, bytes.
 const BURST_BYTES: u32 = 17;
 
-/// Timeout of a burst, µs: three times that of a sample, plus 10.
+/// Timeout of a burst, µs: three times the duration of a sample's burst, plus 10.
 const fn burst_micros(speed: BusSpeed) -> u32 {
     10 + 3 * BURST_BYTES * 8 * 1_000_000 / speed.spi_hertz()
 }

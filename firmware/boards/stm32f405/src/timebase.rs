@@ -84,7 +84,7 @@ pub struct Timebase {
 }
 
 impl Timebase {
-    /// Starts the timer, and the one that counts its edges.
+    /// Starts the timer, and TIM4, which counts its edges.
     pub fn start(
         _timer: Peri<'static, peripherals::TIM2>,
         _counter: Peri<'static, peripherals::TIM4>,

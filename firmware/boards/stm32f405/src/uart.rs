@@ -22,7 +22,7 @@ use crate::{Barrier, COMMUNICATION_PRIORITY, URGENT_PRIORITY, wiring};
 
 bind_interrupts!(struct Irqs {
     USART1 => usart::InterruptHandler<peripherals::USART1>, Barrier;
-    // The HAL panics at errors: the first handler handles them, and lets none happen before the third.
+    // The HAL's handler, the second one, panics at an error. So the first handles errors, and lets none happen before the third.
     DMA2_STREAM2 => NotReceived, dma::InterruptHandler<peripherals::DMA2_CH2>, Resumed, Barrier;
     // The HAL requires the second handler. The first leaves it nothing to do.
     DMA2_STREAM7 => Sent, dma::InterruptHandler<peripherals::DMA2_CH7>, Barrier;
@@ -209,7 +209,7 @@ impl Transfer<'_> {
     /// Waits until the last byte is in the transmitter.
     ///
     /// # Errors
-    /// The DMA did not transfer all bytes: the number of frames among them.
+    /// [`NotSent`] with the number of frames in the transfer, if the DMA did not transfer all bytes.
     pub async fn end(self) -> Result<(), NotSent> {
         let stream = DMA2.st(TRANSMIT);
         poll_fn(|context| {
@@ -268,9 +268,9 @@ fn is_receiving() -> bool {
 
 /// Prepares reception after an error and at the start.
 ///
-/// Clears the status: the HAL would treat the overrun of that time as a new error, indefinitely on a line that is
-/// never idle. Fills the buffer with zeros, which are ends of frames without content: a stream that is enabled again
-/// begins at the buffer's start with the rest of its round, so the HAL would return old bytes as new ones.
+/// Clears the status, because the HAL would treat an overrun of that time as a new error, indefinitely on a line that is
+/// never idle. Fills the buffer with zeros, which are ends of frames without content. A stream that is enabled again
+/// begins at the buffer's start but with the rest of its round, so the HAL would otherwise return old bytes as new ones.
 fn prepare() {
     let stream = DMA2.st(RECEIVE);
     if stream.cr().read().en() {

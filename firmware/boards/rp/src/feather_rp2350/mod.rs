@@ -1,8 +1,8 @@
 //! An Adafruit Feather RP2350, with an LSM6DSOX breakout on its STEMMA QT socket.
 //!
-//! The cable has the wires of I²C and of the supply, and none for the sensor's INT1. Samples are read at the ticks, of
-//! which each finds a sample that is at most 150 µs old. Reading one takes 0.44 ms at 400 kHz, the fastest clock of the
-//! sensor.
+//! The cable has the wires of I²C and of the supply, and none for the sensor's INT1. So samples are read at the ticks,
+//! and each tick finds a sample that is at most 150 µs old. Reading one takes 0.44 ms at 400 kHz, the fastest clock of
+//! the sensor.
 //!
 //! The pins are those of pico-sdk, `adafruit_feather_rp2350.h`. The breakout answers at the address of a low SA0
 //! (`Adafruit_LSM6DS`, `LSM6DS_I2CADDR_DEFAULT`).
@@ -54,8 +54,8 @@ pub type Controller = I2C1;
 pub type Data = PIN_2;
 pub type Clock = PIN_3;
 
-/// Clock of the sensor's bus at its three speeds, fastest first, Hz. A sample and the registers read back with it take
-/// longer than a tick at less than 300 kHz.
+/// Clock of the sensor's bus at its three speeds, fastest first, Hz. Below 300 kHz, a sample with the registers that
+/// are read back takes longer than a tick.
 pub const BUS_HERTZ: [u32; 3] = [400_000, 350_000, 300_000];
 
 /// Timer that counts microseconds.

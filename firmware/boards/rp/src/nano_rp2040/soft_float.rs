@@ -20,7 +20,7 @@ extern "C" fn __aeabi_fsub(a: u32, b: u32) -> u32 {
 }
 
 /// Product of two normal numbers, if it is normal too; [`product_of_others`] handles the rest. In assembly, because the
-/// compiled version takes 1.5 times as long: of the registers that shift, add and multiply, it spills five to the stack.
+/// compiled version takes longer: of the registers that shift, add and multiply, it spills five to the stack.
 ///
 /// With ah and bh for the upper 16 bits of both fractions, al and bl for the lower 8:
 ///

@@ -11,7 +11,7 @@ use crate::can::{Can1Mailboxes, Control};
 /// Bit rate of both tests.
 pub const BIT_RATE: u32 = 1_000_000;
 
-/// Identifier that loses every arbitration, so that no other node waits for these frames. The one before it does, too.
+/// Identifier of the frames. It loses every arbitration, as does the identifier before it, so that no other node waits.
 const IDENTIFIER: u16 = 0x7FF;
 
 /// Timeout of a frame: longer than the eleven recessive bits before it and three attempts.

@@ -1,7 +1,7 @@
 //! Measurements of a new board, reported one per line over the serial line and RTT.
 //!
-//! Every wait ends. The driver ends those for the sensor, the tick those for an edge, and the watchdog all others: it
-//! is fed for as long as a report can take, and again after the end of the report.
+//! Every wait ends. The driver limits the waits for the sensor, and the tick limits the waits for an edge. The watchdog
+//! ends all other waits, because it is fed only for as long as a report can take, and again after the end of the report.
 
 mod bus;
 mod can;

@@ -43,7 +43,7 @@ pub fn start_program() -> ! {
     unsafe { cortex_m::asm::bootload(core::ptr::with_exposed_provenance(vectors as usize)) }
 }
 
-/// Serial number of the foot, equal to the one that its program reports.
+/// Serial number of the foot, the same as the foot's program reports.
 pub fn serial() -> u32 {
     const UNIQUE_ID: usize = 0x1FFF_7A10;
     // SAFETY: the id can be read at any time, byte by byte.
