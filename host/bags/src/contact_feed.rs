@@ -166,8 +166,8 @@ impl ContactFeeds {
             .filter(|(_, contacts)| *contacts >= FEWEST)
     }
 
-    /// Removes and returns the contacts on a topic, of which all may have been left out; `None` if its foot has sent
-    /// nothing.
+    /// Removes and returns the contacts on a topic. All of them may have been left out. `None` if the foot of the
+    /// topic has sent nothing.
     pub(super) fn of_topic(&mut self, topic: &str) -> Option<FootContacts> {
         self.of_foot(topic.strip_suffix(CONTACT)?)
     }
@@ -186,7 +186,7 @@ impl ContactFeeds {
 }
 
 impl ContactFeed {
-    /// Takes a contact, and stores the one before it.
+    /// Takes a contact, and stores the previous one.
     fn contact(&mut self, contact: &RosContact, log_ns: i64) -> io::Result<()> {
         self.flush()?;
         let stamp_us = contact.header.stamp.micros();

@@ -63,7 +63,7 @@ type ReceiverOfAll<'a> = &'a mut dyn FnMut(usize, &Channel, MessageTimes, &[u8])
 /// Passes all messages of bags to a receiver in order of the time of writing, as far as each bag is in this order
 /// itself. Memory does not grow with the length of a bag.
 ///
-/// Parts that end early are not reported: they were when the samples were read.
+/// Parts that end early are not reported, because they were already reported when the samples were read.
 ///
 /// # Errors
 /// A bag cannot be read, or the first error of the receiver.
@@ -150,7 +150,8 @@ impl Visitor for Copier<'_> {
     ) -> Result<(), InputError> {
         let number = self.messages.entry(channel.topic.clone()).or_default();
         *number += 1;
-        // rosbag2 compresses messages one by one; in others these bytes may be anything.
+        // rosbag2 compresses messages one by one. Only in CDR do the first bytes of a message tell whether it is
+        // compressed.
         let message = match channel.encoding.as_str() {
             "cdr" => decompressed_message(payload, LONGEST_RECORD as u64),
             _ => Ok(Cow::Borrowed(payload)),

@@ -39,7 +39,7 @@ pub(super) struct Feed {
     /// Log times of the first and the last message, µs.
     log_us: Option<(i64, i64)>,
     rows: Rows,
-    /// Whether times are the stamps of messages, and not those when messages were written.
+    /// Whether times are the stamps of messages. Otherwise they are the times at which messages were written.
     has_stamps: bool,
     /// Times of some samples, and the times at which they were written, µs.
     anchors_us: Vec<(i64, i64)>,

@@ -14,9 +14,9 @@
 //! | copies of all messages | `copy` |
 //! | messages that arrive one by one | [`live`] |
 //!
-//! A bag is read once. It is read twice if loads are selected, since they may be stored after the samples that they
-//! belong to, and three times if `{foot}` in the topic of the loads stands for the names of the feet. The memory required
-//! is that of the longest record and of the loads.
+//! A bag is read once. If loads are selected it is read twice, because a load may be stored after its sample. It is
+//! read three times if `{foot}` in the topic of the loads stands for the names of the feet. The memory required is
+//! that of the longest record and of the loads.
 
 mod contact_feed;
 mod copy;

@@ -29,7 +29,7 @@ enum Layout {
 pub struct ImuMessage {
     /// Time of the header, µs; `None` if it is zero, which means that it is missing.
     pub stamp_us: Option<i64>,
-    /// Time of the header less that in µs, −500 to 499 ns.
+    /// Difference between the time of the header and `stamp_us`, −500 to 499 ns.
     pub stamp_rest_ns: i16,
     /// Frame of the header.
     pub frame: String,

@@ -1,6 +1,7 @@
 //! Loads of all feet, and the order of the feet's IMUs. A load is any number in the messages of a topic.
 //!
-//! The loads are read before the samples. If their topic is a pattern, a reading before that finds the names of the feet.
+//! The loads are read before the samples. If their topic is a pattern, the names of the feet are needed first, so
+//! another reading before the loads finds them.
 
 use std::collections::BTreeSet;
 

@@ -36,7 +36,7 @@ fn words(name: &str) -> Vec<String> {
     words.filter(|word| !word.is_empty()).map(str::to_lowercase).collect()
 }
 
-/// Numbers of the forces of a Unitree's feet, by the place of the leg in them: front right, front left, rear right, rear left.
+/// Numbers of a Unitree's foot forces by leg. The places are front right, front left, rear right, rear left.
 const UNITREE: ([&str; 2], [&str; 4]) = (["foot_force", "footforce"], ["fr", "fl", "rr", "rl"]);
 
 /// Short name of the leg of a force in the state of a Unitree, such as `/lowstate:foot_force[1]`.
@@ -151,7 +151,7 @@ mod tests {
     #[test]
     fn names_that_do_not_pair_are_refused() {
         assert_eq!(paired(&["/lowstate:force[0]", "/lowstate:force[1]"], &["fl", "fr"]), None);
-        // Its place in the state of a Unitree is the name of a leg.
+        // In the state of a Unitree, the place of a force names its leg.
         let forces = [0, 1, 2, 3].map(|place| format!("/lowstate:foot_force[{place}]"));
         let forces = forces.each_ref().map(String::as_str);
         assert_eq!(paired(&forces, &["fl", "fr", "rl", "rr"]), Some(vec![1, 0, 3, 2]));

@@ -201,8 +201,8 @@ impl<'a> Reader<'a> {
         self.feeds[at].process(data, &imu, load, self.input_options, self.file)
     }
 
-    /// Index of the feed in which a message is counted that is not needed; `None` if its frame makes no difference. Only
-    /// the error about several IMUs lists such counts, by frame.
+    /// Index of the feed in which a message that is not needed is counted; `None` if its frame makes no difference.
+    /// Only the error about several IMUs lists these counts, by frame.
     fn index_of_counted(&mut self, topic: &str, payload: &[u8]) -> Option<usize> {
         if self.input_options.bag.topics != Topics::TheOnly {
             return None;
@@ -216,7 +216,7 @@ impl<'a> Reader<'a> {
         self.feed_index(topic, &frame_id).ok()
     }
 
-    /// Index of the feed of a topic and frame, which is added if it is the first of its frame.
+    /// Index of the feed of a topic and frame. A frame without a feed gets one.
     fn feed_index(&mut self, topic: &str, frame: &str) -> Result<usize, MessageProblem> {
         let may_have_frame =
             |at: &usize| self.feeds[*at].frame.as_deref().is_none_or(|known| known == frame);
@@ -268,7 +268,7 @@ impl<'a> Reader<'a> {
     /// Ends the reading after the last message.
     pub(super) fn finish(mut self) -> Read {
         let contact_topics = self.contact_topics();
-        // These are of all IMUs, and the selection leaves only the feet.
+        // Lists all IMUs, before the selection leaves only the feet.
         let (all, empty) = (self.all_imus(), self.empty_imus());
         let selected = self.select_feet();
         Read {

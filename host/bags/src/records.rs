@@ -19,7 +19,7 @@ pub(super) const AT_ONCE: usize = 64 << 10;
 /// Topic whose messages follow: a channel of MCAP, or a connection of ROS 1.
 pub(super) struct Connection {
     channel: Channel,
-    /// `None` for messages that are not of ROS 1, and for those whose type has no valid definition.
+    /// `None` for messages that are not of ROS 1, and for messages whose type has no valid definition.
     converter: Option<Converter>,
     /// Whether the visitor needs the messages.
     pub(super) is_needed: bool,
@@ -78,7 +78,7 @@ impl Stop {
     }
 }
 
-/// A compressed chunk grows beyond this many bytes: those that its header states, or [`LONGEST_CHUNK`].
+/// A compressed chunk grows beyond this many bytes: the length in its header, or [`LONGEST_CHUNK`].
 #[derive(Debug, thiserror::Error)]
 #[error("a chunk has more than {0} bytes when it is decompressed")]
 pub(super) struct ChunkGrows(u64);

@@ -183,7 +183,7 @@ impl Bag<'_> {
             };
         }
         if let Err(stop @ Stop::Damaged(_)) = read {
-            // Its decoder reports a chunk without its end as damaged.
+            // The decoder reports a chunk without an end as damaged.
             return Err(if is_at_end(&mut chunk)? { Stop::CUT } else { stop });
         }
         read?;
@@ -272,7 +272,7 @@ impl Bag<'_> {
         }
     }
 
-    /// Adds the connection of the current record. The bag has each of them again in its index.
+    /// Adds the connection of the current record. The index of the bag repeats all connections.
     fn connect(&mut self) -> Result<(), Stop> {
         let id = self.number::<4>("conn")? as u32;
         if self.connections.contains_key(&id) {

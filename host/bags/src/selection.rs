@@ -88,8 +88,8 @@ pub(super) fn topic_types(channels: &[Channel]) -> Vec<TopicType> {
     channels.iter().map(topic_type).collect()
 }
 
-/// Returns the names of feet, with those given by the options. An option identifies a foot by its name, its topic, or a
-/// part of that.
+/// Returns the names of feet, after the options have replaced some of them. An option identifies a foot by its name,
+/// its topic, or a part of its topic.
 pub(super) fn renamed(
     names: &[Option<String>],
     topics: &[String],
@@ -124,7 +124,7 @@ pub(super) fn renamed(
     Ok(new)
 }
 
-/// Words in those parts of addresses that name a sensor and not a foot.
+/// Words in addresses that name a sensor and not a foot.
 const SENSORS: [&str; 3] = ["imu", "data", "raw"];
 
 /// Names of the selected IMUs as feet, by the addresses of all IMUs in the bag. Even an IMU that is the only one
@@ -151,8 +151,8 @@ fn of_several(only: &str, all: &BTreeSet<String>) -> Option<String> {
 /// Words for a robot's trunk in topics.
 const TRUNK_WORDS: [&str; 5] = ["trunk", "base", "body", "torso", "pelvis"];
 
-/// Addresses among several that may be the trunk of a robot: they name it, or they name nothing but a sensor and others
-/// name more.
+/// Addresses that may be the trunk of a robot, among several. Such an address has a word for a trunk. If other
+/// addresses name a part of the robot, it may also be an address that names nothing but a sensor.
 pub(super) fn trunks(addresses: &[String]) -> impl Iterator<Item = &String> {
     let only_sensors = |address: &String| words(address).all(|word| is_one_of(&SENSORS, &word));
     let has_names = !addresses.iter().all(only_sensors);

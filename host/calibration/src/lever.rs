@@ -344,7 +344,7 @@ impl Sums {
         [0.0, 0.0, 0.0, x, y, z]
     }
 
-    /// Solves these normal equations, and returns the sum of squares that the solution leaves.
+    /// Solves the equations with the matrix `normal`. Returns the solution, and the sum of squares that it leaves.
     fn solve(&self, normal: &[[f64; 6]; 6]) -> Option<([f64; 6], f64)> {
         let inverse = inverse(*normal).ok()?;
         let solution = inverse.map(|row| row.iter().zip(self.right).map(|(a, b)| a * b).sum());

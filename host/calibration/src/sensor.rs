@@ -250,8 +250,8 @@ fn fit(forces: &[Vector]) -> Result<Unknowns, RestsError> {
     }
 }
 
-/// Returns the inverse of a matrix by elimination with pivots, or the dependent column if it is singular. A
-/// library of linear algebra would be a hundred times its size.
+/// Returns the inverse of a matrix by elimination with pivots, or the dependent column if it is singular.
+/// Six rows do not need a library of linear algebra.
 pub(super) fn inverse(mut matrix: [[f64; 6]; 6]) -> Result<[[f64; 6]; 6], usize> {
     let mut inverse: [[f64; 6]; 6] =
         std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));

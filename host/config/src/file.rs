@@ -178,7 +178,7 @@ impl Settings {
         numbers.find_map(|(number, value)| (*number == parameter).then_some(*value))
     }
 
-    /// Returns whether a number, or the limit of it that is another, is set.
+    /// Returns whether the file sets a number, or another number that limits it.
     pub(super) fn determines(&self, name: &str) -> bool {
         let is_limited = name == Parameter::LoadOffThreshold.name();
         let mut names = self.numbers.iter().map(|(number, _)| number.name());
@@ -423,7 +423,7 @@ impl Reader {
         self.value_or_error(value, read)
     }
 
-    /// Returns what was read, or adds the error at its place in the file.
+    /// Returns the value that was read, or adds the error at its place in the file.
     fn value_or_error<T>(&mut self, at: &Value<'_>, read: Result<T, String>) -> Option<T> {
         read.map_err(|message| self.error(at.span().start, message)).ok()
     }

@@ -1,5 +1,5 @@
-//! Keys of a configuration file: meaning, unit, range, preset value and object addresses on a foot; and the file that
-//! lists all of them. Numbers come from the estimator's table of limits.
+//! Keys of a configuration file: meaning, unit, range, preset value and object addresses on a foot. Also the file
+//! that lists all keys. Numbers come from the estimator's table of limits.
 
 use estimator_core::any::{AnyParams, Method};
 use estimator_core::mounting::Mounting;
@@ -96,7 +96,7 @@ fn is_of_half_widths(path: &str) -> bool {
     ["window", "bandwidth", "half_width"].contains(&table)
 }
 
-/// Returns the keys that a foot can have values of its own for, without the table of the foot.
+/// Returns the keys that the table of a single foot may contain, without the name of that table.
 pub(super) fn keys_of_a_foot() -> Vec<Key> {
     const TABLES: [&str; 7] =
         ["axes", "learnt", "accelerometer", "gyroscope", "decision", "load", "velocity"];

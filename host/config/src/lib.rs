@@ -255,7 +255,7 @@ impl Resolved {
             && counts(&error)
         {
             refusals.push(origins.explain(&error));
-            // The next error is found with the preset's number in its place.
+            // With the preset's number in place of the refused one, the next check finds the next error.
             let ParamsError::OutOfRange { field, .. } = error else {
                 break;
             };
@@ -289,7 +289,7 @@ impl Resolved {
         self.axes.as_ref().and_then(|axes| axes.absent(names))
     }
 
-    /// Returns a sentence if the file has settings of single feet, and none of them is among these names.
+    /// Returns a sentence if the file has settings of single feet, and none of these feet is among these names.
     #[must_use]
     pub fn unused_feet(&self, names: &[&str]) -> Option<String> {
         let feet = &self.overrides.feet;
@@ -453,9 +453,9 @@ impl InWords for NoSuchFoot {
 /// Mounting of the sensors: the same in all feet, or one of each foot.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FootAxes {
-    /// Of all feet.
+    /// Mounting of the sensors of all feet.
     All(Mounting),
-    /// By the name of the foot.
+    /// Mountings by the name of the foot.
     Each(BTreeMap<String, Mounting>),
 }
 

@@ -242,7 +242,8 @@ impl Origins<'_> {
     }
 
     fn in_file(&self, key: &str) -> String {
-        // The preset's part of a pair has the position of the table with the other.
+        // A pair of thresholds may have one value in the file and one in the preset. The preset's key gets the
+        // position of the table.
         let (table, _) = key.rsplit_once('.').unwrap_or_default();
         let position = Position::of_key(self.text, key);
         let position = position.or_else(|| Position::of_key(self.text, table));

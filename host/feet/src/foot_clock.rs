@@ -56,8 +56,8 @@ impl FootClock {
         made_us.saturating_add_signed(least.offset_us())
     }
 
-    /// Limits a time to advance by at least half of the time passed on the foot's clock, but not beyond the time of
-    /// reception; if the last time was beyond it, by 1 µs.
+    /// Makes a time advance by at least half of the time passed on the foot's clock, but not beyond the time of
+    /// reception. If the last time was beyond it, the time advances by 1 µs.
     fn advancing(&mut self, made_us: u64, received_us: u64, time_us: u64) -> Timestamp {
         let least = self.time_us.map_or(0, |last_us| {
             let passed = self.made_us.map_or(1, |last| made_us - last);
@@ -176,7 +176,7 @@ mod tests {
     fn times_after_an_unknown_one_do_not_go_back() {
         let mut clock = FootClock::default();
         clock.time(micros(1000), micros(9_000_000));
-        // Received late. The time of the next message is known again, from another turn of the foot's clock.
+        // The message is received late. The time of the next one is known again, in another turn of the foot's clock.
         let unknown = clock.received(micros(9_004_000)).as_micros();
         let known = clock.time(micros(700_000), micros(9_701_000)).as_micros();
         assert_eq!((unknown, known), (9_004_000, 9_699_000));

@@ -24,7 +24,8 @@ const BOOT_US: u64 = 200_000;
 /// State of a foot as last received. It is kept when the node id of a serial line becomes known.
 #[derive(Clone, Debug, Default)]
 pub struct LiveFoot {
-    /// Line of reception; and node id, on a serial line from the first health message on.
+    /// Line on which the foot is received, and its node id. On a serial line the id is known from the first health
+    /// message on.
     pub key: FootKey,
     /// Name of the node id or in the recording, if any.
     pub name: Option<Arc<str>>,
@@ -360,7 +361,7 @@ mod tests {
 
     #[test]
     fn two_boards_decoded_as_a_fast_clock_are_detected() {
-        // Times modulo 0.66 s, unwrapped as if each followed the one before.
+        // Both boards count modulo 0.66 s. The times are unwrapped as if each contact followed the one before it.
         let contacts = board(0, 3000).flat_map(|(made, received)| {
             let turns = made.as_micros() / 1000 * 655_360;
             [0, 137_000]

@@ -1,4 +1,4 @@
-//! IMU whose samples arrive one by one, such as on a topic of ROS 2, and are estimated here.
+//! An IMU whose samples arrive one by one, such as on a topic of ROS 2. The estimates are computed here.
 //!
 //! The rate follows from the stamps in the first half second, unless it is given. Samples are held back until it is
 //! known. Then each sample becomes a row at once, as a foot sends it. The samples are checked while they come: the same
@@ -131,7 +131,7 @@ impl LiveImu {
         })
     }
 
-    /// Returns the same IMU for another foot, if no row was made of it yet.
+    /// Returns the same IMU for another foot. Call it before a row of this IMU was made.
     ///
     /// # Errors
     /// A parameter of that foot is out of its range.
@@ -150,7 +150,7 @@ impl LiveImu {
     pub fn take(&mut self, sample: LiveSample, arrivals: &mut VecDeque<Arrived>) {
         self.has_stamps |= sample.stamp_us.is_some();
         if self.has_stamps && sample.stamp_us.is_none() {
-            // Its time of reception is on another clock.
+            // Without a stamp, only the time of reception is known, which is on another clock.
             return self.count_out_of_order(sample.received, arrivals);
         }
         match &mut self.state {
@@ -195,7 +195,8 @@ impl LiveImu {
         }
     }
 
-    /// Starts an estimator at this rate, Hz, with what the one before has learnt. Returns a remark if the rate is refused.
+    /// Starts an estimator at this rate, Hz, with the values that the previous estimator has learnt. Returns a remark
+    /// if the rate is refused.
     fn start(&mut self, rate: f64, jitters: bool, first_us: i64) -> Option<Remark> {
         if let State::Running(before) = &self.state {
             self.params.params.learnt = Some(before.estimator.learnt());
@@ -203,7 +204,8 @@ impl LiveImu {
         }
         let estimator = match Estimator::new(rate as f32, self.gravity, &self.params) {
             Ok(estimator) => estimator,
-            // The rate or the window is out of range: other samples may come at another rate.
+            // The rate or the window is out of range. Samples are held again, because they may come at another rate
+            // later.
             Err(error) => {
                 self.state = State::Held(Vec::new());
                 return Some(Remark::Problem(format!("{}: {error}", self.name)));

@@ -151,7 +151,7 @@ impl SampleTimes {
         self.judged.uneven += u32::from(deviation_us > UNEVEN * self.nominal_us);
     }
 
-    /// Returns what the steps since the last judgement show, about once a second.
+    /// Judges the steps since the last judgement, about once a second, and returns the result.
     pub(crate) fn found(&mut self) -> Option<FoundTiming> {
         let Judged { steps, uneven, sum_us } = self.judged;
         if steps < LEAST_JUDGED || sum_us < JUDGED_US {
@@ -208,7 +208,7 @@ pub(crate) fn first_rate(stamps_us: &[i64]) -> Option<(f64, bool)> {
     if span_us < FOUND_UNEVEN_US {
         return None;
     }
-    // Batches, or times of arrival: gaps excluded, each step is a period.
+    // The samples come in batches, or the times are times of arrival. Each step is then a period, except gaps.
     let kept = || sorted.iter().filter(|step| (**step as f64) < GAP_US);
     let (sum_us, count) = (kept().sum::<i64>() as f64, kept().count() as f64);
     (sum_us > 0.0).then(|| (roundest(1.0e6 * count / sum_us), true))
@@ -225,7 +225,7 @@ fn roundest(rate: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Times and missing samples of these stamps, and what was found.
+    /// Times and missing samples of these stamps, and the changes that were found.
     fn placed(rate_hz: f64, stamps_us: &[i64]) -> (Vec<Placed>, Vec<FoundTiming>) {
         let mut times = SampleTimes::new(rate_hz, stamps_us[0]);
         let mut found = Vec::new();

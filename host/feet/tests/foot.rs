@@ -196,8 +196,8 @@ fn several_feet_require_a_node_id() {
 
 #[test]
 fn foot_lost_during_a_write_is_reported_with_what_is_undone() {
-    // All settings are read, uniqueness is checked, the foot is paused, and settings are written; after the last one,
-    // which is read back, they are stored.
+    // All settings are read, the id is checked to be unique, the foot is paused, and settings are written. The last
+    // one is read back. Then all are stored.
     for (more, names, lasting, expected) in [
         (3, 3, Lasting::UntilReset, Undone::NotStored),
         (4, 3, Lasting::UntilReset, Undone::NotStored),

@@ -109,7 +109,7 @@ fn zstd_error(error: &io::Error) -> io::Error {
             let early = "the zstd data end early; zstd -dc writes the complete blocks before that";
             return io::Error::new(io::ErrorKind::InvalidData, early);
         }
-        // The content of an error of the system is not its source.
+        // If an `io::Error` wraps another error, `source` skips the wrapped error.
         cause = match inner.and_then(io::Error::get_ref) {
             Some(content) => Some(content),
             None => next.source(),

@@ -1,7 +1,8 @@
 //! Why a command failed: [`enum@Error`], one sentence in the words of the command line.
 //!
-//! An error stands in the file where it arises. Errors of the libraries name options through [`words`](crate::words), so
-//! each kind has a variant here. All others have their whole sentence, which the trait [`Worded`] says of them.
+//! An error is defined in the file where it arises. Errors of the libraries name options through
+//! [`words`](crate::words), so each kind has a variant here. All other errors have a whole sentence as their text,
+//! which the trait [`Worded`] marks.
 
 use std::io;
 

@@ -319,7 +319,7 @@ pub enum OutputError {
     /// Two options would write one topic.
     #[error("--compat unitree and --lowstate both write /footfall/lowstate: give one of them")]
     LowStateTwice,
-    /// Forms of messages are of different numbers of feet.
+    /// The requested forms of messages are for robots with different numbers of feet.
     #[error(transparent)]
     MixedBodies(#[from] MixedBodies),
     /// Contacts go into a copy of a bag, and the input is not a file on disk.

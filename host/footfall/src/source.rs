@@ -270,7 +270,7 @@ fn on_usb(found: UsbPort) -> Source {
     uart(found.port, feet::source::DEFAULT_BAUD)
 }
 
-/// Returns the foot with this serial number or, as they answer, this name.
+/// Returns the foot on USB with this serial number, or else the foot that answers with this name.
 fn one_on_usb(which: &str, ports: Vec<UsbPort>) -> Result<UsbPort, FindError> {
     let has_number = |found: &&UsbPort| usb::is_serial_number(which, &found.serial);
     if let Some(found) = ports.iter().find(has_number) {

@@ -59,7 +59,7 @@ pub trait Sink {
 pub struct Stream {
     sources: Vec<Source>,
     feed: Feed,
-    /// Events of lines that were open before the others.
+    /// Events that arrived before every line was open.
     early: VecDeque<FeedEvent>,
     session: Session,
     bridge: Bridge,
@@ -487,7 +487,7 @@ pub fn line_event_text(event: &FeedEvent) -> Option<String> {
     }
 }
 
-/// Returns whether a remark is of a usual fact, which needs no warning.
+/// Returns whether a remark is about a usual fact, and so needs no warning.
 #[must_use]
 pub const fn is_detail(remark: &Remark) -> bool {
     matches!(remark, Remark::Detail(_) | Remark::Rate(..))

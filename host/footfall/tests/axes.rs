@@ -221,7 +221,7 @@ fn calibration_of_a_foot_keeps_those_of_others() {
         "calibrate walk.csv --axes side=x,y,z --foot walk --output robot.toml --overwrite",
         "--axes names the foot side, but there is walk",
     );
-    // Axes of all feet are not those of a foot that has none.
+    // A foot without axes of its own would get the axes of all feet, so even the axes `x,y,z` are written.
     fs::write(bench.path("all.toml"), "axes = 'z,y,-x'\n").expect("a file");
     bench.stdout("calibrate walk.csv --axes x,y,z --foot walk --config all.toml --output all.toml --overwrite");
     let all = read(&bench.path("all.toml"));

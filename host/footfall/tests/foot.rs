@@ -165,7 +165,7 @@ fn interrupted_id_change_is_completed() {
     // The command may end before it is interrupted.
     wait_until("an interruption before the end", || {
         let child = start();
-        // The request is far behind the start of the program, and far before the end.
+        // Half of the processor time of a whole run: the program has started its request by then, and has not ended.
         let is_over = || {
             let (has_ended, used) = ended_and_ticks(&child);
             has_ended || used > ticks / 2
@@ -218,7 +218,7 @@ fn each_command_of_the_first_page_can_be_typed() {
 #[test]
 fn calibrated_file_is_imported_with_axes_and_learnt_values() {
     let bench = Bench::with("walk.csv", csv(GaitName::Walk, 12.0));
-    // As if y of the sensor were up.
+    // Turns the walk, as if y of the sensor were up.
     let walk = std::fs::read_to_string(bench.path("walk.csv")).expect("a table");
     let turned = walk.lines().enumerate().map(|(k, line)| {
         let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
@@ -250,7 +250,7 @@ fn calibrated_file_is_imported_with_axes_and_learnt_values() {
     }
     assert_has(&typed[0], "learnt.crc: 0 → ");
     assert_has(&typed[1], "axes: x,y,z → x,-z,y\n");
-    // A foot finds the bias of its gyroscope itself, and takes its own table.
+    // A setting for the gyroscope's bias is left out, because a foot finds its bias itself. A foot gets its own table.
     let text = "[gyroscope.bias_rad_s]\nwx = 0.01\n[feet.fl]\naxes = '0.8,0.6,0,0'\n[feet.fr]\naxes = '-x,-y,z'\n";
     std::fs::write(bench.path("feet.toml"), text).expect("a file");
     let (said, error) = foot(&bench, "demo:speed=max import feet.toml");

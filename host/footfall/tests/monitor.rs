@@ -12,7 +12,7 @@ fn monitor(arguments: &str) -> (String, String, Option<i32>) {
     outcome(&Bench::new(), &format!("monitor {arguments}"))
 }
 
-/// Returns the output about four feet in two and a half seconds of theirs.
+/// Returns the output about four feet, for two and a half seconds on their clocks.
 fn lines_of_four_feet(speed: &str) -> String {
     let (lines, warnings, code) = monitor(&format!("demo:feet=4,seconds=2.5,speed={speed}"));
     assert_eq!((warnings.as_str(), code), ("", Some(0)));

@@ -63,7 +63,7 @@ fn every_command_with_an_output_has_the_option() {
     let mut found = [Vec::new(), Vec::new()];
     commands(&Arguments::command(), "", &mut found);
     let [with_option, mut with_output] = found;
-    // Its output is an argument.
+    // `foot export` names its output by an argument.
     with_output.push("foot export".to_owned());
     with_output.sort();
     let mut sorted = with_option.clone();

@@ -154,7 +154,7 @@ fn recordings_made_apart_merge_into_one_robot() {
     for foot in ["FL", "FR", "RL", "RR"] {
         assert_has(&report, &format!("2000 samples of {foot}"));
     }
-    // The last name is the output, as of one recording.
+    // The last name is the output, as with a single recording.
     bench.stdout("convert front.mcap rear.mcap last.mcap --topic all");
     let bytes = |name: &str| fs::read(bench.path(name)).expect("a file");
     assert!(bytes("last.mcap") == bytes("robot.mcap"));
@@ -183,7 +183,7 @@ fn recordings_made_apart_merge_into_one_robot() {
         let is_back = |two: &&[u64]| two[1] + 1_000 < two[0];
         times.windows(2).filter(is_back).count()
     };
-    // A recording may step back where a foot's first contacts waited for its name.
+    // A recording may step back in time, because the first contacts of a foot waited for the foot's name.
     let in_recordings = steps_back("front.mcap") + steps_back("rear.mcap");
     assert!(in_recordings <= 2, "{in_recordings}");
     for name in ["both.mcap", "turned.mcap"] {
@@ -444,7 +444,7 @@ fn recorded_loads_are_recorded_with_their_samples() {
     };
     let loads = "--load-topic /footfall/walk/load";
     assert_eq!(back(&format!("walk.mcap {loads}")), column(&original, "force"));
-    // With the contacts as they were recorded, and with those that are estimated again.
+    // The loads are kept whether the contacts are copied as recorded or estimated again.
     for options in ["", " --estimate-again"] {
         bench.stdout(&format!("record file:walk.mcap {loads}{options} -o again.mcap --overwrite"));
         let again = back(&format!("again.mcap {loads}"));

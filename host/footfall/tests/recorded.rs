@@ -114,7 +114,7 @@ fn recorded_contacts_are_the_rows_of_the_table() {
         assert_eq!(row[at("t")], time);
         let decision = if SWING.contains(&ms) { "0" } else { "1" };
         assert_eq!(row[at("decision")], decision, "{ms}");
-        // A contact has no attitude, and none of its axes came here.
+        // A contact has no attitude, and this bag has no probabilities of single axes.
         assert!(row[at("p_ax")..at("sigma_v")].iter().all(|cell| cell.is_empty()));
         assert_eq!((row[at("state")], row[at("flags")]), ("unknown", ""));
     }
@@ -206,7 +206,7 @@ fn playback_repeats_recorded_contacts() {
         read(&bench.path("rows.csv"))
     };
     assert_eq!(rows("again.mcap"), rows("walk.mcap"));
-    // Its samples are those of the recording, at their own times.
+    // The samples of the copy are the samples of the recording, at their own times.
     let samples = |bag: &str| {
         bench.stdout(&format!("convert {bag} samples.csv --overwrite"));
         read(&bench.path("samples.csv"))

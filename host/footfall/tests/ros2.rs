@@ -156,8 +156,8 @@ fn options(domain_id: u16) -> FootNodeOptions {
     }
 }
 
-/// Calls a service of the node until it answers: what is sent before both participants have found
-/// each other's readers is lost. Answers to requests of an earlier client are skipped.
+/// Calls a service of the node until it answers, because a request is lost if it is sent before both
+/// participants have found each other's readers. Answers to requests of an earlier client are skipped.
 fn ask<Req, Resp>(node: &mut Node, service: &str, kind: &str, request: &Req) -> Resp
 where
     Req: Message + Clone + 'static,

@@ -425,7 +425,7 @@ fn table_of_two_feet_is_read_as_two_feet() {
 
 #[test]
 fn stamps_of_a_computer_are_smoothed_by_themselves() {
-    // Stamps in whole parts of 3 ms, of samples at 200 Hz.
+    // Stamps that a computer rounds down to multiples of 3 ms, of samples at 200 Hz.
     let content = table(&format!("t,{AXES}"), |sample| {
         let stamp = sample.micros / 1000 * 5 / 3 * 3;
         format!("{}e-3,{}", stamp, sample.axes.join(","))

@@ -1,4 +1,4 @@
-//! Tests of topics of ROS 2 as sources: `CycloneDDS` publishes IMUs as drivers do, and receives what becomes of them.
+//! Tests of topics of ROS 2 as sources: `CycloneDDS` publishes IMUs as drivers do, and receives the contacts.
 
 use std::fs;
 

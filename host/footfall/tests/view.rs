@@ -58,7 +58,7 @@ fn stalled_client_delays_no_other() {
     client(&["slow", PROGRAM, "demo:feet=4,speed=max"]);
 }
 
-/// A running `footfall view` of a simulated foot, with its port and what it prints.
+/// A running `footfall view` of a simulated foot, with its port and its output.
 struct Viewed {
     process: std::process::Child,
     said: std::io::Lines<std::io::BufReader<std::process::ChildStderr>>,
@@ -135,7 +135,7 @@ fn clients_are_limited_and_silent_ones_are_dropped() {
         answer
     });
     let refused = answers.filter(|answer| answer.starts_with("HTTP/1.1 503 ")).count();
-    // The reads above have ended, so the server has dropped the others, and there is room again.
+    // All reads above have ended. So the server has dropped the refused connections, and there is room again.
     assert!((20..=24).contains(&refused), "{refused}");
     assert!(viewed.handshake("").starts_with("HTTP/1.1 101 "));
 }
@@ -232,7 +232,8 @@ fn foxglove_layout_uses_published_fields() {
         }
     }
     for topics in FEET.map(FootTopics::of) {
-        // P three times and once for all feet; decision; state, and once for all feet; the load twice.
+        // P is shown three times and once with all feet, the decision once, the state once and once with all feet,
+        // the load twice.
         for (topic, times) in [(topics.contact, 7), (topics.load, 2), (topics.imu, 6)] {
             assert_eq!(shown.get(topic.as_ref()), Some(&times), "{topic}");
         }

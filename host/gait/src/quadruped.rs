@@ -540,7 +540,7 @@ mod tests {
             let foot = robot.foot_at(leg, robot.duration);
             assert_eq!(foot.activity, Activity::Standing);
             let place = end.position.x + Leg::GO1[leg].hip.x;
-            // Its last step may slip.
+            // The last step of a foot may slip.
             assert!((foot.position.x - place).abs() < 0.05, "{} {place}", foot.position.x);
         }
     }

@@ -455,8 +455,8 @@ mod tests {
     use super::*;
     use crate::plan::{GaitName, Ground};
 
-    /// Wide enough for rounding, short enough for the fastest ring: errors stay below 1e-5 of
-    /// the quantity's peak.
+    /// Half the step of a difference quotient, s. It is wide enough for rounding, and short enough
+    /// for the fastest ring, so that the tests find errors below 1e-5.
     const HALF_STEP: f64 = 2e-6;
 
     /// Returns moments of a motion, every 0.37 ms, without an impact within the difference quotient.

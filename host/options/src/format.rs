@@ -79,7 +79,7 @@ impl Format {
         }
     }
 
-    /// Returns whether its files are recognised by their first bytes and read from a disk only.
+    /// Returns whether files of this format are recognised by their first bytes, and read only from a disk.
     #[must_use]
     pub const fn is_container(self) -> bool {
         matches!(self, Self::Parquet | Self::Mcap | Self::Rosbag2 | Self::Rosbag1)

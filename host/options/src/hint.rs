@@ -69,8 +69,8 @@ pub trait Vocabulary: Sync {
     /// A setting with a value, such as `--units g,dps`.
     fn set(&self, setting: Setting, value: &dyn Display) -> String;
 
-    /// Remedy of a hint in a program that has a command for it, or lacks the settings that the hint names; `None` for
-    /// the usual words.
+    /// Returns the remedy in words of this program, if the program has a command for it, or lacks the settings that
+    /// the hint names. `None` uses the common words.
     fn remedy(&self, _hint: &Hint) -> Option<String> {
         None
     }
@@ -211,7 +211,7 @@ pub enum Hint {
     MapExample(Mapping),
     /// Mapping of each of several sensors.
     ChooseSensor(Vec<Mapping>),
-    /// These thresholds of the load, in its unit, are crossed.
+    /// The load crosses these thresholds, which are in the unit of the load.
     LoadThresholds {
         /// Upper threshold.
         on: f32,
@@ -249,7 +249,7 @@ pub enum Hint {
     WholeCopy,
     /// Contacts were used as they were recorded.
     EstimateAgain,
-    /// Contacts are used as they were recorded, and the estimate could be computed.
+    /// Contacts are used as they were recorded, although the estimate could be computed.
     EstimateFromSamples,
     /// Gravity is as given here.
     Gravity(Gravity),

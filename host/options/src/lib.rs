@@ -1,5 +1,5 @@
-//! How a recording is read, where its format does not say: its format, units, columns, topics and times. Errors and
-//! findings name these options in the words of a program.
+//! How a recording is read, if its format does not define it: its format, units, columns, topics and times. Errors
+//! and findings name these options in the words of a program.
 //!
 //! | part | module |
 //! |---|---|

@@ -278,7 +278,7 @@ fn normal(name: &str) -> String {
     parts.filter(|part| !part.is_empty()).collect::<Vec<_>>().join(".")
 }
 
-/// Guesses the column for one of our names from the content of its name.
+/// Guesses which column may be meant by one of our names, from the words in the names of the columns.
 pub fn guess(ours: &str, names: &[String]) -> Option<usize> {
     let words: &[&str] = match ours {
         "t" => &["time", "stamp", "sec", "clock", "zeit"],

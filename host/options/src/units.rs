@@ -10,11 +10,11 @@ use crate::problem::OptionProblem;
 /// Factors of readings, such as the units of a count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
-    /// Of the accelerometer, finite and not 0.
+    /// Factor of the accelerometer, finite and not 0.
     pub acceleration: f64,
-    /// Of the gyroscope, finite and not 0.
+    /// Factor of the gyroscope, finite and not 0.
     pub rate: f64,
-    /// Of the load, finite and not 0.
+    /// Factor of the load, finite and not 0.
     pub load: f64,
 }
 
@@ -207,7 +207,7 @@ impl FromStr for Units {
     }
 }
 
-/// Rate from which times in ms are plausible for a foot, Hz, whatever rate another unit would give.
+/// Rate, Hz, from which times in ms are plausible for a foot. Below it, another unit may be meant.
 const USUAL_RATE: f64 = 50.0;
 
 /// Largest rate in ms or in ticks, Hz, from which times in s are suspected to be in these units. A slow sensor is not taken
@@ -372,7 +372,8 @@ mod tests {
         assert_eq!(names(0.1), ["ms"]);
         assert_eq!(names(1.0e-3), ["us"]);
         assert_eq!(names(1.0e-6), ["ns"]);
-        // An MTi at 100 Hz; then at 200 Hz, or a logger at 20 Hz in ms.
+        // The times may be of an MTi at 100 Hz. In the second case they may be of an MTi at 200 Hz, or of a logger at
+        // 20 Hz in ms.
         assert_eq!(names(0.01), ["100us"]);
         assert_eq!(names(0.02), ["ms", "100us"]);
         // A sensor at 5 Hz.

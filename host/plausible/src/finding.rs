@@ -143,7 +143,7 @@ pub enum Finding {
     },
     /// Rows come more often than new readings of the sensor.
     HeldReadings {
-        /// Number of samples that repeat the one before.
+        /// Number of samples that repeat the previous sample.
         samples: u64,
         /// Number of all samples.
         of: u64,

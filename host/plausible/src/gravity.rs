@@ -127,12 +127,12 @@ mod tests {
 
     #[test]
     fn accelerations_in_mg_or_counts_are_found() {
-        // Half and twice are of another full scale.
+        // Half and twice the acceleration come from another full scale.
         for factor in [0.5, 2.0, 1000.0 / 9.81, 2048.0 / 9.81, 16384.0 / 9.81, 16384.0] {
             let found = found(&with_force(scaled(factor)));
             assert_eq!(found, ["acceleration_in_other_unit"], "{factor}");
         }
-        // As read in g.
+        // Readings of a sensor in counts, as if they were in g.
         let counts = check(&with_force(scaled(16384.0)));
         assert_eq!(
             counts[0].to_string(),

@@ -4,11 +4,11 @@ use samples::RecordedSample;
 
 use crate::finding::Finding;
 
-/// Share of repeated readings from which they are held. In recordings with one reading per row, and of simulated
-/// robots, it is at most 0.017; on a GO1 read at 70 Hz and held to 250 Hz, 0.72.
+/// Share of repeated readings from which they are held. It lies between the share of the GO1, whose IMU was read
+/// at 70 Hz and held to 250 Hz, and the shares of all other recordings (`host-tests/tests/go1.rs`).
 const HELD_SHARE: f64 = 0.25;
 
-/// Longest run of repeats that counts as held; in longer ones a simulated foot rests or a sensor is stuck.
+/// Longest run of repeats that counts as held. In longer runs a simulated foot rests, or a sensor is stuck.
 const LONGEST_HOLD: u64 = 50;
 
 /// Counts readings that repeat the previous one, until a new one comes.

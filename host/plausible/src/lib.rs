@@ -148,7 +148,7 @@ impl Check {
     pub fn findings(&self) -> Vec<Finding> {
         let rest = self.rest.rest();
         let mut findings = Vec::from_iter(rest.as_ref().and_then(|rest| self.check_axes(rest)));
-        // Of feet with different axes the mean at rest is less than gravity, but in another unit it is more.
+        // If the feet have different axes, the mean at rest is less than gravity. In another unit it is more.
         let is_in_unit = rest.is_none_or(|rest| rest.size < LARGEST_REST);
         if self.gravity == Gravity::Included && is_in_unit {
             findings.extend(self.mixed.finding());

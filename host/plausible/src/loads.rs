@@ -5,7 +5,7 @@ use estimator_core::params::LoadParams;
 use crate::finding::Finding;
 use samples::RecordedSample;
 
-/// Number of loads that are kept; of a longer recording, every second, fourth, … one.
+/// Number of loads that are kept. Of a longer recording, every second, fourth, … load is kept.
 const MOST: usize = 1 << 16;
 
 /// Fewest loads that show both levels.
@@ -19,8 +19,8 @@ const HIGH: f64 = 0.95;
 /// share would be 0.6.
 const MIDDLE: f64 = 0.45;
 
-/// Load in swings below which, as a share of the load in stances, swing and stance are levels wherever the other loads
-/// lie. A robot that stands before it walks has most of its loads in the middle.
+/// Share of the load in stances. If the load in swings is below this share, both are levels, however many loads lie in
+/// the middle, because a robot that stands before it walks has most of its loads there.
 const UNLOADED: f32 = 0.3;
 
 /// [`UNLOADED`] for a load that is negative in stances.

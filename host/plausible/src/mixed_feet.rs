@@ -87,7 +87,7 @@ impl Window {
         if self.place < feet * OF_EACH {
             return;
         }
-        // A foot that begins or ends to swing moves in one half alone.
+        // A foot that starts or stops swinging moves in one half alone.
         let stand_and_swing = |series: &[Series; 4]| {
             let deviations = series[..feet].iter().map(Series::deviation);
             let (least, most) = deviations
@@ -128,7 +128,7 @@ mod tests {
     use crate::finding::Finding;
     use crate::fixtures::{found, walk};
 
-    /// The walks of several feet, each later than the one before, whose samples alternate.
+    /// The walks of several feet, each later than the previous one, with alternating samples.
     fn mixed(feet: usize) -> Recording {
         let foot = walk();
         let count = foot.samples.len() / 2;

@@ -52,7 +52,7 @@ const MIRRORED: f64 = 1.3;
 const DIFFERENT: f64 = 1.6;
 const LEAST_DIFFERENCE: f64 = 0.3;
 
-/// Ratio within which a mirror image is as good as the best way.
+/// Ratio of the errors up to which a mirror image counts as good as the best way.
 const ALIKE: f64 = 1.15;
 
 /// Number of ways to lay three axes along three others.
@@ -92,7 +92,7 @@ fn along(way: Way, v: Vector) -> Vector {
 pub(crate) enum Axes {
     /// The axes are a mirror image.
     Mirrored,
-    /// The axes of the gyroscope lie along the axes of the accelerometer like this.
+    /// The axes of the gyroscope differ from the axes of the accelerometer. The way shows how they lie.
     Different(Way),
 }
 

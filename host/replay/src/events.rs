@@ -195,8 +195,8 @@ impl Events {
         self.known.pop_front()
     }
 
-    /// Releases the events that are held back, so that a touch-down is known at once: its duration is then unknown, and its
-    /// peak is that so far. The lift-off has both.
+    /// Releases the events that are held back, so that a touch-down is known at once. Its duration is then unknown,
+    /// and its peak is the peak so far; the lift-off has the final values.
     pub fn release(&mut self) {
         if let Some(touch_down) = self.waiting.first_mut() {
             touch_down.peak = self.stance.peak;
@@ -222,7 +222,7 @@ impl Events {
         let verdict = unstable.verdict(now.is_some());
         let slides = matches!(verdict, Verdict::Slip | Verdict::Swing { slip: true, .. });
         let before = self.paused.take();
-        // A slide that continues is one slip; any other motion leaves the slip before it as it was.
+        // A slide that continues is one slip. Any other motion does not change the previous slip.
         let before = match before {
             Some(paused) if !slides => {
                 self.slip_ends(&paused);
@@ -263,7 +263,7 @@ impl Events {
         self.slip_starts(slip, Some(*end), slip.distance_to_rest());
     }
 
-    /// Handles a lift-off, with or without a slip before it, which may have begun in the slip `before`.
+    /// Handles a lift-off. If `slip` is set, a slip precedes it, which may have begun in the paused slip `before`.
     fn lift(
         &mut self,
         before: Option<&Paused>,
@@ -358,9 +358,9 @@ pub fn write_event(
 /// Shortest swing, µs: the swing of a run takes 260 ms. A foot that only peels off the ground slides for less.
 pub const SHORTEST_SWING_US: u64 = 100_000;
 
-/// Shortest time with the decision "stable" between two slips, µs; with a shorter one they are one slip. P rises where the
-/// speed of a slide is steady: in 18 simulated minutes with slips 61 times, 51 of them for less than this, while the foot
-/// slides on. A true rest of 84 ms between two slides is decided for 49 ms.
+/// Shortest time with the decision "stable" between two slips, µs. With a shorter time they are one
+/// slip, because P rises for some tens of ms where the speed of a slide is steady, while the foot slides
+/// on.
 pub const SHORTEST_REST_US: u64 = 30_000;
 
 /// A foot of unknown load has left the ground if [`vertical`](estimator_core::Probabilities::vertical) is below
@@ -398,7 +398,7 @@ const MOTION_UNKNOWN: [Flag; 5] = [
     Flag::TimeGap,
 ];
 
-/// Time for which such a sample lowers the probabilities, µs: the longest window of a preset.
+/// Time for which a sample with such a flag lowers the probabilities, µs: the longest window of a preset.
 const RECOVERY_US: u64 = 50_000;
 
 /// Returns whether the motion of the foot in a sample is unknown.

@@ -152,11 +152,11 @@ impl Answers {
 /// How fast the answer follows the label.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Latency {
-    /// Median over the transitions that were followed, s; `None` where there was none.
+    /// Median over the transitions that were followed, s; `None` if no transition was.
     pub median_s: Option<f64>,
     /// Transitions that were followed.
     pub followed: usize,
-    /// Transitions that were not, because the label turned again, or the recording ended, first.
+    /// Transitions that were missed, because the label changed again first, or the recording ended.
     pub missed: usize,
 }
 

@@ -29,7 +29,7 @@ use serde_json::json;
 /// The figures of one replay. `Display` is the summary for the terminal.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Summary {
-    /// The recording's name, and the foot's where it has one.
+    /// The recording's name, followed by the name of the foot if it has one.
     pub recording: String,
     /// The foot, where the recording names it.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -137,10 +137,10 @@ pub struct WithInputs<R> {
     /// The mounting, if the sensor's axes are not the axes of the foot.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mounting: Option<MountingReport>,
-    /// Thresholds that the load crosses, where it does not cross the thresholds in use.
+    /// Thresholds that the load crosses; `None` if it crosses the thresholds in use.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub load: Option<LoadThresholds>,
-    /// By the name of the file.
+    /// Reports on the inputs, by the name of the file.
     pub inputs: BTreeMap<String, InputReport>,
 }
 
@@ -341,7 +341,7 @@ pub enum WindowReport {
 pub enum GyroTimingReport {
     /// The mean over the time since the sample before.
     PeriodMean,
-    /// So long before the accelerometer, s.
+    /// Time by which the gyroscope's rate is earlier than the accelerometer's sample, s.
     DelayS(f32),
 }
 

@@ -2,8 +2,8 @@
 //!
 //! As text it is `x,-z,y`, or a quaternion such as `0.8,0.6,0,0`.
 //!
-//! Rest determines up but not the heading. Of all mountings with z up, the one with the smallest rotation is
-//! chosen: x is kept if possible.
+//! Rest determines up but not the heading. Of all mountings with z up, the mounting with the smallest
+//! rotation is chosen, which keeps x if possible.
 
 use std::fmt;
 
@@ -124,7 +124,7 @@ pub fn rotation(mounting: &Mounting) -> Rotation {
     // Rows of the matrix: components of each axis of the foot in the sensor's frame.
     let row = |axis: SensorAxis| UNIT.map(|unit| f64::from(axis.component(unit)));
     let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = axes.map(row);
-    // The four formulas for a quaternion differ by a factor; the one with the largest divisor is used.
+    // The four formulas for a quaternion differ by a factor. The formula with the largest divisor is used.
     let ways = [
         (1.0 + xx + yy + zz, [zy - yz, xz - zx, yx - xy]),
         (zy - yz, [1.0 + xx - yy - zz, xy + yx, xz + zx]),

@@ -57,15 +57,15 @@ pub struct Imu {
     pub header: Header,
     /// Foot → world: x, y, z, w.
     pub orientation: [f64; 4],
-    /// Of the orientation.
+    /// Covariance of the orientation.
     pub orientation_covariance: [f64; 9],
     /// rad/s.
     pub angular_velocity: [f64; 3],
-    /// Of the angular velocity.
+    /// Covariance of the angular velocity.
     pub angular_velocity_covariance: [f64; 9],
     /// m/s², gravity included.
     pub linear_acceleration: [f64; 3],
-    /// Of the acceleration.
+    /// Covariance of the acceleration.
     pub linear_acceleration_covariance: [f64; 9],
 }
 
@@ -76,7 +76,7 @@ pub struct TwistWithCovarianceStamped {
     pub header: Header,
     /// Velocity, m/s, and rates, rad/s.
     pub twist: [f64; 6],
-    /// Of x, y, z and the rates about them, row by row, (m/s)² and (rad/s)².
+    /// Covariance of velocity and rates along x, y, z and about them, row by row, (m/s)² and (rad/s)².
     pub covariance: [[f64; 6]; 6],
 }
 
@@ -151,7 +151,7 @@ impl Imu {
         (self.orientation_covariance[0] != -1.0).then_some(self.orientation)
     }
 
-    /// Returns whether it has rates: -1 as the first covariance marks them as missing.
+    /// Returns whether the message has rates. A first covariance of -1 marks them as missing.
     #[must_use]
     pub fn has_rates(&self) -> bool {
         self.angular_velocity_covariance[0] != -1.0

@@ -66,7 +66,8 @@ pub struct SimulatedBus {
 }
 
 impl SimulatedBus {
-    /// Carries a frame that is ready at `ready`; returns the time of its end.
+    /// Occupies the bus with a frame that is ready at `ready`, once the bus is free. Returns the time of the frame's
+    /// end.
     pub fn carry(&mut self, ready: Timestamp) -> Timestamp {
         self.free_us = self.free_us.max(ready.as_micros()) + FRAME_US;
         Timestamp::from_micros(self.free_us)

@@ -168,7 +168,7 @@ impl SimulatedFoot {
                 let forgotten = self.storage.restore(erase);
                 ports.try_put(Input::Stored(forgotten));
             }
-            // Its program is part of the host's program, which cannot be replaced.
+            // The program of a simulated foot is part of the host's program, so it cannot be replaced.
             Request::StopProgram => {}
             // The highest brown-out level is set from the start.
             Request::ProtectSupply | Request::ConfirmProgram => {

@@ -148,7 +148,8 @@ impl Robot {
         self.ticks += 1;
     }
 
-    /// Carries a frame that is ready at `ready_us`; returns the time of its end on the robot's clock.
+    /// Occupies the bus with a frame that is ready at `ready_us`, once the bus is free. Returns the
+    /// time of the frame's end on the robot's clock.
     fn carry(&mut self, ready_us: u64, frame: CanFrame) -> Timestamp {
         let complete = self.bus.carry(Timestamp::from_micros(ready_us));
         self.carried.push_back((since_2021(complete), frame));

@@ -266,7 +266,7 @@ pub enum LoadProblem {
     Encoding(String),
     /// The definition of their type is invalid.
     Definition(DefinitionProblem),
-    /// No number is named, or one that they lack, and their type is known.
+    /// The numbers of the type are known. No number is named, or the messages lack the named one.
     Known(KnownLoad),
     /// No number is named: these are the numbers of the definition.
     Numbers(Vec<String>),

@@ -412,7 +412,8 @@ pub struct TopicType {
 }
 
 impl TopicType {
-    /// Returns whether its messages are of ROS 1, without a valid definition. With one they are read as CDR.
+    /// Returns whether the messages are of ROS 1 and lack a valid definition. With a definition they would be read as
+    /// CDR.
     fn is_of_ros_1(&self) -> bool {
         self.encoding == "ros1"
     }

@@ -5,8 +5,8 @@ use samples::steps::{Steps, median};
 /// Deviation of a step from the mean from which it is uneven, as a fraction of the mean.
 const UNEVEN: f64 = 0.25;
 
-/// Share of uneven steps from which times jitter. Of recordings with the stamps of a sensor at most 0.001 of the steps are
-/// uneven, of a GO1 and a NAO whose computers took the times 0.11 to 0.21.
+/// Share of uneven steps from which times jitter. Measured once: at most 0.001 where a sensor gave the stamps, and
+/// 0.11 to 0.21 for a GO1 and a NAO, whose computers took the times.
 const LEAST_SHARE: f64 = 0.05;
 
 /// Multiple of the usual step from which a step is a gap.

@@ -90,7 +90,8 @@ impl TimesSoFar {
     }
 }
 
-/// Returns whether a given rate differs from the measured one, both in Hz, by at most this fraction of it.
+/// Returns whether a given rate, Hz, differs from the measured rate by at most `tolerance`, a fraction of the
+/// measured rate.
 fn agree(measured: f64, given: f32, tolerance: f64) -> bool {
     (f64::from(given) - measured).abs() <= tolerance * measured
 }
@@ -129,8 +130,8 @@ struct Measured {
 ///
 /// A step is one period if no row can be missing. A late row, whose step is long and whose next step is short, then
 /// changes nothing. A longer step counts as the nearest number of periods. If times scatter, each step is a period, and
-/// a step is a gap only if it is many times as long as the usual one. Without the short and the long steps the mean
-/// would be that of the middle.
+/// a step is a gap only if it is many times as long as the usual step. Short and long steps are kept, because without
+/// them the mean would be the usual step.
 fn measured_rate(steps: &Steps) -> Option<Measured> {
     let mut sorted = steps.sorted();
     let median = median(&sorted)?;
@@ -160,7 +161,8 @@ fn measured_rate(steps: &Steps) -> Option<Measured> {
     Some(Measured { rate, tolerance })
 }
 
-/// `rate`, or the nearest multiple of the largest power of ten that has a multiple from `lowest` to `highest`.
+/// The roundest number from `lowest` to `highest`: the multiple nearest to `rate` of the largest power of ten
+/// that has such a multiple. `rate` itself if there is none.
 pub fn roundest(lowest: f64, rate: f64, highest: f64) -> f64 {
     [1.0e4, 1.0e3, 1.0e2, 1.0e1, 1.0]
         .into_iter()
@@ -326,7 +328,8 @@ mod tests {
 
     #[test]
     fn times_of_arrival_have_their_mean_rate_or_the_given_one() {
-        // Delays from 0 to 3 ms of samples at 1 kHz, in order: many arrive with the one before, and there is a gap of 2 s.
+        // Delays from 0 to 3 ms of samples at 1 kHz, in order. Many samples arrive together with the previous one, and
+        // there is a gap of 2 s.
         let mut random = SmallRng::seed_from_u64(1);
         let mut newest = 0;
         let times: Vec<u64> = (0..20_000)

@@ -226,8 +226,8 @@ impl About {
         }
     }
 
-    /// Names by which settings of single feet apply: [`Self::foot_or_name`], and for the only foot read from a bag each
-    /// part of its topic.
+    /// Names by which settings of single feet apply: [`Self::foot_or_name`], and, if only one foot was read from a bag,
+    /// each part of its topic.
     #[must_use]
     pub fn names(&self) -> Vec<&str> {
         let address = self.address.as_deref().filter(|_| self.foot.is_none());

@@ -182,7 +182,7 @@ fn running_medians(values: &[f64]) -> impl Iterator<Item = f64> {
     })
 }
 
-/// Median of values in ascending order, of which there is one at least.
+/// Median of values in ascending order. There must be at least one value.
 fn median(sorted: &[f64]) -> f64 {
     let middle = sorted.len() / 2;
     if sorted.len() % 2 == 1 {
@@ -192,9 +192,10 @@ fn median(sorted: &[f64]) -> f64 {
     }
 }
 
-/// Flags of the parts to keep so that each begins after the one before and most rows are kept.
+/// Flags of the parts to keep. Each part that is kept begins after the previous one, and as many rows as possible are
+/// kept.
 fn longest_chain(parts: &[Range<usize>], times_us: &[Option<i64>]) -> Vec<bool> {
-    // Of each part, the rows of the best chain that ends with it, and the part before it.
+    // For each part: the number of rows in the best chain that ends with it, and the part before it in that chain.
     let mut best: Vec<(usize, Option<usize>)> = Vec::with_capacity(parts.len());
     for (index, part) in parts.iter().enumerate() {
         let before = (0..index)

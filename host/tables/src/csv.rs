@@ -128,7 +128,7 @@ pub struct Intake<'a> {
     columns: Columns,
     time: Option<TimeColumn>,
     foot_column: FootColumn,
-    /// Rows of each foot, of which there is one at least.
+    /// Rows of each foot, at least one foot.
     feet: Vec<FootRows>,
     /// Whether each row is taken before the next.
     is_stream: bool,
@@ -491,7 +491,7 @@ impl Columns {
         self.ignored.iter().find_map(|(_, name)| {
             let separator = name.chars().find(|c| OTHER_SEPARATORS.contains(c));
             match separator {
-                // A single name is followed by something else, such as a unit.
+                // If only one part is a known name, the separator belongs to something else, such as a unit.
                 Some(found) => {
                     let names = name.split(found).map(str::trim).filter(|name| known(name));
                     (names.count() > 1).then_some(Hint::Separator(found))
@@ -807,7 +807,7 @@ mod tests {
     fn table_of_several_feet_is_split_by_its_column() {
         let two = [(Some("FL".to_owned()), 100, 100.0), (Some("FR".to_owned()), 100, 100.0)];
         let names = |k: u32| ["FL", "FR"][k as usize % 2].to_owned();
-        // With equal times, with interleaved ones, and one foot after the other.
+        // Three tables: the feet have equal times, their times interleave, or one foot follows the other.
         let equal = rows_of("foot", (0..200).map(|k| (names(k), k / 2 * 10)));
         let interleaved = rows_of("leg_name", (0..200).map(|k| (names(k), k * 5)));
         let joined = rows_of("foot", (0..200).map(|k| (names(k / 100), k % 100 * 10)));
@@ -1303,7 +1303,7 @@ mod tests {
         let ticks = with_unit(&fine_times(100), TimeUnit::HundredMicroseconds).unwrap();
         assert_eq!(ticks.recording.sample_rate, 100.0);
         assert_eq!(ticks.notices.iter().filter(|n| n.text.contains("column t")).count(), 0);
-        // Of another column, the unit may be right.
+        // In a column of another name, the given unit may be right.
         let mut input_options = InputOptions::default();
         input_options.table.time_unit = Some(TimeUnit::Milliseconds);
         let rows = (0..5).map(|k| format!("{},1,2,3,4,5,6\n", 25 * k)).collect::<String>();

@@ -27,7 +27,7 @@ const LEAST_CHANGES_OF_NUMBERS: f64 = 0.25;
 pub enum FootColumn {
     /// There is none.
     None,
-    /// The column with this index may be one: it is if the time goes back where the name changes.
+    /// The column with this index may name feet. It does if the time goes back where the name changes.
     Possible {
         /// Index of the column.
         index: usize,

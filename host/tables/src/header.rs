@@ -75,7 +75,7 @@ fn has_header(table: &mut Table) -> Result<bool, InputError> {
 pub enum Blanks {
     /// Error: a table of ours has no blank cells.
     Refused,
-    /// NaN. A row without any other value belongs to another signal and is left out.
+    /// The axis is NaN. A row without any other value belongs to another signal and is left out.
     NotANumber,
 }
 
@@ -304,7 +304,7 @@ impl Naming<'_> {
         })
     }
 
-    /// Name of the column of the load, if it was recognised by another than ours.
+    /// Name of the column of the load, if it was recognised by a name other than `force`.
     fn load_name(&self) -> Option<String> {
         let mut recognised = self.taken[self.mapped..].iter();
         let (_, index) = recognised.find(|(ours, _)| *ours == "force")?;

@@ -48,7 +48,7 @@ pub enum RowNames {
     Absent,
     /// The name of the foot: the table is of the feet of a recording, one after the other.
     Foot,
-    /// The name of the recording, with the foot's if it has one: the table is of several recordings.
+    /// The name of the recording, followed by the name of the foot if it has one: the table is of several recordings.
     Recording,
 }
 

@@ -52,7 +52,7 @@ pub const LCD_SAMPLE_RATE: f32 = 100.0;
 const ATLAS_COLUMNS: [&str; 13] =
     ["Fx", "Fy", "Fz", "Tx", "Ty", "Tz", "ax", "ay", "az", "wx", "wy", "wz", "label"];
 
-/// Reads a recording with ATLAS' 13 columns, of which the last has the labels of the format.
+/// Reads a recording with ATLAS' 13 columns. The last column has the labels of the format.
 ///
 /// # Errors
 /// The first error found, with file, line and column.

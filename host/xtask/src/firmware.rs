@@ -82,7 +82,7 @@ pub fn elf_of(program: &str) -> PathBuf {
 }
 
 /// Builds all programs that tests run: the boards' programs, their bootloaders, the programs that measure new boards,
-/// and the one that checks an emulator.
+/// and the program that checks an emulator.
 ///
 /// # Errors
 /// A program does not build.

@@ -174,7 +174,7 @@ mod tests {
         let file = dfu_file(&[(0x0800_0000, vec![7; 4])]);
         assert_eq!(file.len(), 11 + 274 + 8 + 4 + 16);
         assert_eq!(&file[285..297], [0, 0, 0, 8, 4, 0, 0, 0, 7, 7, 7, 7]);
-        // By Python: zlib.crc32(file[:-4]) ^ 0xFFFFFFFF.
+        // The expected CRC is computed by Python: zlib.crc32(file[:-4]) ^ 0xFFFFFFFF.
         assert_eq!(file[309..], 0x5B93_9AA5_u32.to_le_bytes());
     }
 

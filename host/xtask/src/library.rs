@@ -237,7 +237,7 @@ fn build(library: &Library<'_>) -> Result<(&'static str, Vec<u8>)> {
     Step::program("rustup").with(["target", "add", target]).run().with_context(|| {
         format!("{target}: `rustc --print target-list` lists the targets; rustup has the core library of most")
     })?;
-    // Without floating point in hardware calls take the time, and loops that are unrolled only space.
+    // Without hardware for floating point, calls take most of the time, so unrolled loops would only take space.
     let has_hardware = library.fpu.is_some()
         || target.ends_with("hf")
         || target.contains("imafc")
@@ -268,7 +268,8 @@ fn build(library: &Library<'_>) -> Result<(&'static str, Vec<u8>)> {
         .with(["--package", "estimator-c", "--crate-type", "staticlib", "--features", "alone"])
         .with(["--config", "profile.firmware.panic='abort'", "--config", &level])
         .with(["--config", "profile.firmware.debug=0"])
-        // Not quoted: Cargo looks for a target with a dot in its name as for nested tables.
+        // The name is not quoted: Cargo splits the key at dots, and looks for a target with a dot in its name in the
+        // same way.
         .with(["--config", &format!("target.{target}.rustflags={flags:?}")])
         .run()?;
     let folder = root().join("target").join(target).join("firmware");
@@ -329,7 +330,7 @@ fn check_symbols(object: &[u8]) -> Result<()> {
             let is_of_compiler = name.starts_with("__") && !name.starts_with(ARM_MEMORY);
             name.is_empty() || is_of_compiler || C_FUNCTIONS.contains(&name)
         } else {
-            // On Windows constants have names by their value, of which the linker keeps one each.
+            // On Windows a constant has its value as its name, and the linker keeps one of each name.
             let is_constant = name.starts_with("__real@") || name.starts_with("__xmm@");
             let is_memory = symbol.is_weak() && name.starts_with(ARM_MEMORY);
             !symbol.is_global() || name.starts_with("footfall_") || is_constant || is_memory

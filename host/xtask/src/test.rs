@@ -8,9 +8,10 @@ use crate::command::Step;
 use crate::firmware::{self, Board};
 use crate::install::{self, Tool};
 
-/// Packages of the tests. They are compiled as one selection, so that nothing is compiled twice: the features of shared
-/// dependencies are the union over all packages. An installed package tests Python. The readers of bags would
-/// give the program under test a feature that it has not by default, and compile `SQLite`: the gate tests them by themselves.
+/// Packages of the tests. They are compiled as one selection, so that nothing is compiled twice: the features of
+/// shared dependencies are the union over all packages. Python is tested with an installed package. The readers of
+/// bags are not among them: they would give the program under test a feature that is off by default, and compile
+/// `SQLite`. The gate tests them by themselves.
 pub const PACKAGES: [&str; 7] = [
     "--workspace",
     "--exclude",
@@ -27,7 +28,7 @@ pub const LABORATORY: [&str; 2] = ["--manifest-path", "laboratory/Cargo.toml"];
 /// The board whose program is booted.
 const BOARD: &str = "reference";
 
-/// Compilers of C and C++, and what the emulator is compiled with, beside libclang.
+/// Compilers of C and C++, and the tools beside libclang with which the emulator is compiled.
 pub const TOOLS: [Tool; 3] = [("cc", &["gcc"]), ("c++", &["g++"]), ("cmake", &["cmake"])];
 
 /// Tests every package, and boots the program of a board. Installs what the tests need first.

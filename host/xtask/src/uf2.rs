@@ -138,7 +138,7 @@ fn check_gaps(pages: &BTreeMap<u32, [u8; PAGE]>) -> Result<()> {
 
 /// Blocks of a UF2 file, one for each page.
 fn blocks(family: u32, pages: &BTreeMap<u32, [u8; PAGE]>) -> Vec<u8> {
-    /// Of the four words at both ends that name the format.
+    /// Words at both ends of a block that identify the format.
     const MAGIC: [u32; 3] = [0x0A32_4655, 0x9E5D_5157, 0x0AB1_6F30];
     const HAS_FAMILY: u32 = 0x2000;
     const DATA: usize = 476;

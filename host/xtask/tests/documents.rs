@@ -7,7 +7,7 @@ use std::process::Command;
 use xtask::command::root;
 use xtask::links::{Link, links};
 
-/// All Markdown files of the repository. Ignored folders, such as a virtual environment, have documents of others.
+/// All Markdown files of the repository. Ignored folders, such as a virtual environment, contain third-party documents.
 fn documents() -> Vec<PathBuf> {
     let list = ["ls-files", "--cached", "--others", "--exclude-standard", "--", "*.md"];
     let output = Command::new("git").current_dir(root()).args(list).output();

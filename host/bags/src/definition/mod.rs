@@ -292,7 +292,7 @@ struct Step {
     element: u32,
 }
 
-/// Names of numbers and their paths, and the number of fields that were looked at.
+/// Names of numbers with their paths, and the number of fields visited.
 #[derive(Default)]
 struct Listing {
     numbers: Vec<(String, FieldPath)>,
@@ -579,8 +579,8 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// Walks through a record; `wanted` has the slots of numbers in it and of the frame, and the rest of the ways to
-    /// them.
+    /// Walks through a record. `wanted` has the slots of the frame and of the wanted numbers in this record, each
+    /// with the rest of its path.
     fn record(&mut self, record: usize, wanted: &[(usize, &[Step])]) -> Result<(), MessageProblem> {
         let fields = &self.definition.records[record];
         self.steps += fields.len();
@@ -588,7 +588,7 @@ impl Walk<'_> {
             return Err(MessageProblem::TooManyFields { most: MOST_STEPS });
         }
         if fields.is_empty() {
-            // An empty record has a byte, because IDL has none that are empty.
+            // An empty record takes a byte, because a struct of IDL needs at least one member.
             return self.skip(1, 1);
         }
         for (index, field) in fields.iter().enumerate() {

@@ -132,8 +132,8 @@ fn definition_in_ros2(name: &str, text: &str) -> String {
 }
 
 impl Converter {
-    /// Returns a message in CDR. Where the message is shorter than its type, so is the result; bytes after the end of its
-    /// type stay at the end. The reader of the result then finds the error.
+    /// Returns a message in CDR. If the message is shorter than its type, the result is shorter as well. Bytes after
+    /// the end of its type stay at the end. The reader of the result then finds the error.
     pub(crate) fn cdr(&self, message: &[u8]) -> Vec<u8> {
         let mut conversion = Conversion {
             converter: self,

@@ -113,7 +113,7 @@ fn hostile_definitions_are_refused() {
         let said = Definition::parse("a/msg/A", text).unwrap_err().to_string();
         assert!(said.contains(why), "{text}: {said}");
     }
-    // Each of 30 types is in the one above it twice, and a chain of 1000 is deep.
+    // Each of 30 types contains the next one twice, and a chain of types is 1000 deep.
     let nested_types = |levels: usize, fields: &dyn Fn(usize) -> String| -> String {
         let sections = (1..levels).map(|k| format!("===\nMSG: a/T{k}\n{}\n", fields(k + 1)));
         fields(1)

@@ -65,13 +65,13 @@ fn database_of(count: u32) -> Vec<u8> {
     fs::read(path).unwrap()
 }
 
-/// Processor time of this thread, ns; 0 on systems that do not say it.
+/// Processor time of this thread, ns; 0 on systems that do not report it.
 fn processor_ns() -> u64 {
     let text = fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     text.split(' ').next().unwrap_or_default().parse().unwrap_or_default()
 }
 
-/// Processor time of the reading of one topic of a bag, and of the error that there are several, ns.
+/// Processor time, ns, of reading one topic of a bag, and of the error that lists several topics.
 fn reading_ns(bytes: &[u8]) -> u64 {
     let mut file = tempfile::NamedTempFile::new().unwrap();
     file.write_all(bytes).unwrap();

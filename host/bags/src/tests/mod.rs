@@ -840,7 +840,7 @@ fn compressed_chunk_of_mcap_ends_at_the_size_that_it_states() {
         let size = chunk + 9 + 16;
         bytes[size..size + 8].copy_from_slice(&1_000_u64.to_le_bytes());
         let said = why(open(&bytes, &InputOptions::default()));
-        // The library ends one of zstd, and this crate one of lz4.
+        // For zstd the library reports the excess, for lz4 this crate.
         let is_ended = said.contains("uncompressed bytes remaining")
             || said.contains("a chunk has more than 1000 bytes when it is decompressed");
         assert!(said.starts_with(" is damaged: ") && is_ended, "{kind:?}: {said}");

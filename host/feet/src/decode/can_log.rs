@@ -588,7 +588,7 @@ mod tests {
             LINE.to_owned(),
             format!("{LINE} R"),
             format!(" {LINE} T\r"),
-            // A raw length of more than eight, and a time in nanoseconds.
+            // A line with a raw length of more than eight, and a line with a time in nanoseconds.
             format!("{LINE}_E"),
             LINE.replace(".000114)", ".000114999)"),
         ] {
@@ -668,7 +668,7 @@ mod tests {
             ),
             ("  can0  RX - -  191   [8]  FF FF 80 80 0C 00 07 D8", None),
             (" (000.001000)  can0  TX B E  191   [8]  FF FF 80 80 0C 00 07 D8", at(1000)),
-            // With text, in which anything may stand; a length of more than eight; of log2long.
+            // A line with text, in which anything may stand; a raw length of more than eight; a line of log2long.
             ("  can0  191   [8]  FF FF 80 80 0C 00 07 D8   '.. [1] #'", None),
             ("  can0  191   {E}  FF FF 80 80 0C 00 07 D8", None),
             ("(000.000001)  can0       191   [8]  FF FF 80 80 0C 00 07 D8   '........'", at(1)),

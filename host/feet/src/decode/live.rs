@@ -432,7 +432,7 @@ mod tests {
             (0x711, &[0][..]),
             (0x711, &[5][..]),
             (0x211, &12.5_f32.to_le_bytes()[..]),
-            // Of no foot.
+            // A frame of no foot.
             (0x7F0, &[5][..]),
         ];
         for (id, data) in frames {
@@ -552,7 +552,7 @@ mod tests {
 
     #[test]
     fn serial_foot_without_health_messages_is_not_held_back() {
-        // Its clock runs; its clock stands.
+        // A foot whose clock runs, and a foot whose clock stands.
         for (step_us, held) in [(1000, 201), (0, 4096)] {
             let mut decoder = LiveDecoder::default();
             let mut sent = 0;

@@ -88,7 +88,7 @@ pub struct Decoded {
     pub rows: Vec<ContactRow>,
     /// Counts of what was received and what is missing.
     pub report: Report,
-    /// As in [`FileOutcome`].
+    /// Notices, as in [`FileOutcome`].
     pub notices: Vec<DecodeNotice>,
 }
 
@@ -151,7 +151,7 @@ impl Read for TolerantReader {
     }
 }
 
-/// Part of a file that was skipped, or an assumption about it.
+/// Notice about a part of a file that was skipped, or about an assumption that was made.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DecodeNotice {
     /// A line is not one of the log.

@@ -24,7 +24,7 @@ samples::named! {
 /// An emergency message.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EmergencyReport {
-    /// Time of the foot's last contact frame before it, s; `None` without one.
+    /// Time of the foot's last contact frame before the emergency, s; `None` without such a frame.
     pub t: Option<f64>,
     /// The interface that received it.
     pub interface: String,

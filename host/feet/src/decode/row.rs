@@ -49,7 +49,7 @@ samples::named! {
 /// Whether the turn of a foot's 16-bit clock is known, to which a contact on CAN belongs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ClockTurn {
-    /// Known: from a health frame, or from the contacts since; on a serial line always.
+    /// Known, from a health frame or from the contacts since then. On a serial line the turn is always known.
     #[default]
     Known,
     /// Assumed by the time of reception: no health frame was received since the start or a loss.
@@ -61,7 +61,7 @@ pub enum ClockTurn {
 pub struct ContactRow {
     /// Time of the sample.
     pub timestamp: Timestamp,
-    /// Whether that time may be wrong by whole turns of the foot's 16-bit clock.
+    /// Whether `timestamp` may be wrong by whole turns of the foot's 16-bit clock.
     pub turn: ClockTurn,
     /// Number of frames of the foot that are missing before this one, by their sequence numbers; negative if
     /// earlier rows counted too many.

@@ -26,7 +26,7 @@ pub fn state(client: &mut Client) -> Result<CalibrationState, RequestError> {
     state.ok_or(RequestError::Unknown { what: "the state of the calibration", code })
 }
 
-/// Reads what the foot has learnt so far.
+/// Reads the values that the foot has learnt so far.
 ///
 /// # Errors
 /// A request has failed.

@@ -832,7 +832,7 @@ mod tests {
     use crate::link::Arrived;
     use estimator_core::Timestamp;
 
-    /// Bus on which these nodes start, one after the other, and which ends then.
+    /// Bus on which these nodes boot up, one after the other. Then the line ends.
     struct BootUps(VecDeque<NodeId>);
 
     impl Link for BootUps {

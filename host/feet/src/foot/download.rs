@@ -8,7 +8,7 @@ use wire::{Address, NodeId};
 use super::client::Client;
 use super::request::{FootRequest, RequestError, TRIES};
 
-/// Response timeout of a sub-block and of the end, before which the bytes are stored and checked.
+/// Response timeout of a sub-block and of the end. The foot stores and checks the bytes before it responds.
 const STORED: Duration = Duration::from_secs(3);
 
 /// Data bytes of a segment.

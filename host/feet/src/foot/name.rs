@@ -1,4 +1,4 @@
-//! Objects by name, and their values as text, in the notation of a configuration file where it has the setting.
+//! Objects by name, and their values as text. If a configuration file has the setting, the notation is the same.
 
 use config::{LEARNINGS, METHODS, parse_window, window_text, word_of};
 use estimator_core::Learning;

@@ -388,8 +388,8 @@ fn write_all(
 ) -> Result<(), WriteFailure> {
     let mut steps: Vec<(Named, Value)> =
         changes.iter().map(|(named, _, new)| (*named, *new)).collect();
-    // While a quaternion is selected, the foot refuses each part that does not fit the others. So a code is selected
-    // before the parts are written, and the wanted axes after them.
+    // While a quaternion is selected, the foot refuses each part of it that does not fit the other parts. So a code
+    // is selected before the parts are written, and the wanted axes after them.
     let is_part = |named: &Named| named.address.index == AXES.index && named.address != AXES;
     let rotates = steps.iter().any(|(named, _)| is_part(named));
     if let (true, Some(axes), Some(named)) = (rotates, axes, Named::at(AXES)) {

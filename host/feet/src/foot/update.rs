@@ -95,7 +95,8 @@ pub struct Updated {
     pub serial: u32,
     /// Program before.
     pub before: FootProgram,
-    /// Running, confirmed program; `None` if it was running before and was only confirmed.
+    /// Program that runs now and is confirmed; `None` if the foot already ran it before, and the update only
+    /// confirmed it.
     pub after: Option<FootProgram>,
 }
 
@@ -238,7 +239,7 @@ fn install(
         // The image may have arrived, and only the last answer not.
         let _ = control(client, control::CLEAR);
     }
-    // Also after a refusal: the previous program is started again then.
+    // After a refusal, the start returns the foot to its previous program.
     let started = control(client, control::START);
     let why = sent.err();
     report(&foot, UpdateStage::Installing);
@@ -327,7 +328,7 @@ fn confirm(client: &mut Client, foot: Installed, image: &Image) -> Result<Update
     if client.starts() != foot.starts {
         return Err(UpdateError::StartedAgain(foot.updated.foot));
     }
-    // Changes nothing if the program has confirmed itself, and is refused if it could not.
+    // Has no effect if the program has confirmed itself. The foot refuses it if the program could not be confirmed.
     control(client, control::CONFIRM)?;
     Ok(foot.updated)
 }

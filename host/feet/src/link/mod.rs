@@ -139,7 +139,8 @@ pub trait Link {
         LineClock::default()
     }
 
-    /// Returns the line as the serial line of a foot, if it is one: it must be switched between program and bootloader.
+    /// Returns the line as the serial line of a foot, if it is one, because such a line must be switched between
+    /// program and bootloader.
     fn as_serial_line(&mut self) -> Option<&mut SerialLine> {
         None
     }

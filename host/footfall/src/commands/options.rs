@@ -660,7 +660,7 @@ pub struct GivenOptions {
 }
 
 impl GivenOptions {
-    /// Returns the names of those that are among the options `A`, in the order of their definition.
+    /// Returns the names of the given options that are among the options `A`, in the order of their definition.
     pub(crate) fn among<A: Args>(&self) -> Vec<String> {
         let command = A::augment_args(clap::Command::new(""));
         let given = command.get_arguments().filter(|option| {
@@ -741,7 +741,7 @@ impl PublishedArguments {
     /// Returns the conversion to messages.
     ///
     /// # Errors
-    /// A form of messages is of two feet, and another of four.
+    /// One of the forms is for a robot with two feet, and another for a robot with four.
     pub(crate) fn bridge(&self) -> Result<Bridge, Error> {
         let all_feet = AllFeet::unless_empty(&self.compat, self.wrench_force)?;
         Ok(Bridge::new(&self.frame(), all_feet))
@@ -819,7 +819,7 @@ pub(crate) fn compat_parser() -> impl TypedValueParser<Value = Compat> {
 mod tests {
     use super::*;
 
-    /// Returns the names that are left for these sources, and the sentences about the others.
+    /// Returns the names that these sources use, and a sentence about each other name.
     fn names(given: &str, lines: &[&str]) -> (Vec<String>, Vec<String>) {
         let names = given.split(',').map(|text| parse_name(text).expect("a name")).collect();
         let mut feet = FeetArguments { nodes: Vec::new(), names };

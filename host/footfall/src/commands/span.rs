@@ -36,10 +36,10 @@ pub(crate) fn check_begin(file: &str, from: Option<f64>, feet: &[Stored]) -> Res
 /// Reason a span chooses nothing.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum SpanError {
-    /// It ends before it begins; s.
+    /// The span ends before it begins; s.
     #[error("--to {to} is not after --from {from}")]
     Empty { from: f64, to: f64 },
-    /// It begins after the end of the recording.
+    /// The span begins after the end of the recording.
     #[error("{file}: --from {from} is after its end; the recording lasts {duration:.3} s")]
     BeyondTheEnd {
         /// Recording as given.
@@ -49,7 +49,7 @@ pub(crate) enum SpanError {
         /// Duration from the first to the last sample, s.
         duration: f64,
     },
-    /// It lies in a gap of the recordings.
+    /// The span lies in a gap of the recordings.
     #[error("{0}: there is no sample from --from to --to")]
     NoSample(String),
 }

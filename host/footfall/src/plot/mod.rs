@@ -662,7 +662,8 @@ mod tests {
         rows.map(|name| name.as_str().unwrap().to_owned()).collect()
     }
 
-    /// Returns the vertical position of a text beside the rows: the last one, below the legend.
+    /// Returns the vertical position of a text beside the rows. If the text occurs more than once,
+    /// the last one counts, which is below the legend.
     fn height_of(svg: &str, text: &str) -> f64 {
         let at = svg.rfind(&format!("\n{text}\n")).unwrap_or_else(|| panic!("no {text}"));
         let element = &svg[svg[..at].rfind("<text").unwrap()..at];
@@ -714,7 +715,7 @@ mod tests {
             figure.add_event(&event(EventKind::SlipEnd, 2_000_000 * k + 300_000, Some(100_000)));
             figure.add_event(&event(EventKind::LiftOff, 2_000_000 * k + 500_000, None));
         }
-        // One that does not end is drawn up to the end of the figure.
+        // A slip without an end is drawn up to the end of the figure.
         figure.add_event(&event(EventKind::SlipStart, 9_000_000, None));
         let svg = figure.svg().unwrap();
         assert_eq!(blocks(&svg, SLIDE_COLOUR), 1 + 5);

@@ -236,7 +236,7 @@ type EventData = (u64, usize, Option<u64>, Option<f64>);
 fn page_data(title: &str, feet: Vec<PageFoot>) -> PageData<'_> {
     let clocks: Vec<_> = feet.iter().map(PageFoot::on_clock).collect();
     let (axes, axis_of) = shared_axes(&clocks);
-    // As in the figure of a foot, 0 on an axis is timestamp 0 of its first foot.
+    // The 0 of an axis is timestamp 0 of its first foot, as in the figure of a foot.
     let origin = |axis| {
         let of_axis = feet.iter().zip(&axis_of).filter(|(_, of)| **of == axis);
         of_axis.map(|(foot, _)| foot.start_us).min().unwrap_or(0)

@@ -12,8 +12,8 @@
 //! Stamps are the times of the samples on the receiver's clock: by numbered SYNCs if the foot has reported
 //! one, otherwise by the least delay of the last seconds ([`FootClock`](feet::foot_clock::FootClock)).
 //!
-//! Feet whose IMUs are topics of ROS 2 get no second topic of their samples where a node publishes their contacts. Implausible
-//! samples, such as samples of a wrong unit, are warnings in diagnostics.
+//! If a node publishes the contacts of feet whose IMUs are topics of ROS 2, the feet get no second topic of their
+//! samples. Implausible samples, such as samples of a wrong unit, are warnings in diagnostics.
 //!
 //! A foot without a contact for half a second is silent: its probability is 0, and diagnostics report it.
 //! Contacts of several boards with the same id ([`NewestSecond`](feet::NewestSecond)) carry no information:
@@ -485,7 +485,7 @@ mod tests {
     use crate::ros::compat::Compat;
     use crate::ros::topics::FRAME;
 
-    /// Messages of a robot with two feet, of which the right one has the id `right`.
+    /// Messages of a robot with two feet. The right one has the id `right`.
     fn messages(right: NodeId) -> Vec<Published> {
         let source = "feet=2,speed=max,seconds=3".parse::<simulated_robot::Demo>();
         let feed = Feed::open(source.expect("a source"));

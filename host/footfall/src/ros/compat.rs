@@ -217,7 +217,7 @@ impl Compat {
         vec![topic.to_owned()]
     }
 
-    /// Messages of these stances, in the order of [`topics`](Self::topics): none where they have no form.
+    /// Messages of these stances, in the order of [`topics`](Self::topics); empty if the form has no message for them.
     fn messages(self, robot: &RobotStances) -> Vec<RosMessage> {
         let header = robot.header.clone();
         let stands = |foot: usize| robot.stands.get(foot).copied().unwrap_or_default();
@@ -297,7 +297,7 @@ impl AllFeet {
     /// Creates an empty state. `wrench_force` is the force of a foot that stands, N, in messages of [`Compat::Wrench`].
     ///
     /// # Errors
-    /// One form is of two feet, and another of four.
+    /// One of the forms is for a robot with two feet, and another for a robot with four.
     pub fn new(compats: &[Compat], wrench_force: f64) -> Result<Self, MixedBodies> {
         let mut compats = compats.to_vec();
         compats.sort_unstable();
@@ -365,7 +365,7 @@ impl AllFeet {
         }
     }
 
-    /// Does the same for the foot at a place of the [`Body`], whatever its name.
+    /// Processes a contact as [`take`](Self::take) does, for the foot at a place of the [`Body`], whatever its name.
     pub fn take_at(
         &mut self,
         place: usize,

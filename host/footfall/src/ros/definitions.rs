@@ -32,7 +32,7 @@ fn definition(message: &str, text_of: &dyn Fn(&str) -> Option<String>) -> Option
             if known.len() >= MOST_TYPES || !known.insert(part.clone()) {
                 continue;
             }
-            // Types that are not there may be among the known ones of the reader.
+            // A type without a definition here is left out, because the reader may know it.
             if let Some(own) = text_of(&part) {
                 text += &format!("\n{}\nMSG: {part}\n{own}", "=".repeat(80));
                 open.push((part, own));

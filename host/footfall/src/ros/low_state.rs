@@ -34,7 +34,7 @@ const FORCES: [&str; 8] = [
 /// Time between looks for the robot.
 const LOOKS: Duration = Duration::from_millis(200);
 
-/// Time in which the robot is waited for, before messages are published that have nothing but forces.
+/// Time to wait for the robot's states. After that, messages are published that have nothing but forces.
 const WAITED_FOR: Duration = Duration::from_secs(2);
 
 /// Longest wait for a message.
@@ -91,8 +91,8 @@ impl LowStateMerger {
         Ok(Self { shared, began: Instant::now() })
     }
 
-    /// Sets the newest forces. Returns true if the robot publishes states, or may still begin to, because nobody else must
-    /// publish a state then.
+    /// Sets the newest forces. Returns true if the robot publishes states, or may still begin to. The caller must then
+    /// publish no state of its own.
     pub(super) fn set(&self, forces: [i16; 4]) -> bool {
         *self.shared.forces.lock().unwrap_or_else(PoisonError::into_inner) = Some(forces);
         self.shared.is_found.load(Ordering::Relaxed) || self.began.elapsed() < WAITED_FOR

@@ -157,12 +157,12 @@ pub struct FootNode {
     node: Node,
     /// Thread that answers requests for parameters and tracks subscribers.
     spinner: JoinHandle<()>,
-    /// Whether another node of the same name was found and not reported.
+    /// Whether another node of the same name was found and has not been reported yet.
     has_namesake: Arc<AtomicBool>,
     participant: DomainParticipant,
-    /// When publishers of the same topics are looked for again; `None` once one was found.
+    /// Time of the next search for publishers of the same topics; `None` once one was found.
     next_look: Option<Instant>,
-    /// When subscribers are looked for again that ask for more than is offered.
+    /// Time of the next search for subscribers that request more than the node offers.
     next_mismatch_look: Instant,
     /// Reported policies that such subscribers ask for.
     mismatches: BTreeSet<String>,
@@ -255,8 +255,8 @@ impl FootNode {
         self.has_namesake.swap(false, Ordering::Relaxed)
     }
 
-    /// Returns once a topic that another node in the domain publishes, too, except `/diagnostics`, which is of all: its
-    /// subscribers get the messages of the two.
+    /// Returns a topic that another node in the domain publishes as well, once: subscribers get the messages of both
+    /// nodes. Ignores `/diagnostics`, on which any node publishes.
     pub fn new_rival_topic(&mut self) -> Option<String> {
         let now = Instant::now();
         if self.next_look.is_none_or(|due| now < due) {
@@ -278,8 +278,8 @@ impl FootNode {
         rival
     }
 
-    /// Returns, once for each policy, a sentence about a subscriber that asks for more than this node offers and so
-    /// gets nothing.
+    /// Returns a sentence about a subscriber that requests more than this node offers, and so receives nothing.
+    /// Each policy is reported once.
     pub fn new_mismatch(&mut self) -> Option<String> {
         let now = Instant::now();
         if now < self.next_mismatch_look {
@@ -312,7 +312,7 @@ impl FootNode {
         None
     }
 
-    /// Chooses the routes to subscribers on this machine again where they may be missing, at most once a second.
+    /// Chooses the routes to subscribers on this machine again if they may be missing, at most once a second.
     pub fn renew_routes(&mut self) {
         let now = Instant::now();
         if now < self.next_renewal {

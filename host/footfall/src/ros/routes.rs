@@ -14,8 +14,8 @@ use rustdds::{DomainParticipant, GUID, QosPolicies, TopicKind};
 
 use crate::ros::subscriber::{AnyMessage, Message};
 
-/// How often the route to a subscriber is chosen again, once a second. A reliable subscriber of `CycloneDDS` sends a datagram of
-/// its own within the first second.
+/// Number of times that the route to a subscriber is chosen again, once a second. A reliable subscriber of
+/// `CycloneDDS` sends a datagram of its own within the first second.
 const TIMES: u8 = 5;
 
 /// Subscribers that share a socket of this machine with other participants.
@@ -28,7 +28,8 @@ pub(super) struct Routes {
 }
 
 impl Routes {
-    /// Chooses the routes of such subscribers again if `qos_of` knows the topic, by its name in ROS. To be called once a second.
+    /// Chooses the routes of subscribers that share a socket again if `qos_of` knows the topic, by its name in ROS.
+    /// Call it once a second.
     pub(super) fn renew(
         &mut self,
         participant: &DomainParticipant,

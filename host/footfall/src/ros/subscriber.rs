@@ -1,7 +1,8 @@
 //! Feet whose IMUs are topics of ROS 2: a line that subscribes to the topics and estimates the feet here.
 //!
-//! A topic is subscribed to once one of its publishers is found, with the reliability that its publishers offer. So lost
-//! messages are sent again where that is possible, and best-effort publishers, as drivers are, are received, too.
+//! A topic is subscribed to once one of its publishers is found, with the reliability that its publishers offer. If
+//! they offer reliability, lost messages are sent again. Otherwise, as with most drivers, messages are received as
+//! best effort.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::convert::Infallible;
@@ -673,7 +674,7 @@ impl Link for TopicLine {
             for topic in &self.topics {
                 topic.found.reader.set_waker(Some(self.waker.clone()));
             }
-            // After the wakers are set, because a message in between would not wake.
+            // Read after the wakers are set, because a message that came before would wake nothing.
             self.take_messages();
             if !self.pending.is_empty() {
                 continue;

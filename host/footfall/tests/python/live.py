@@ -1,4 +1,5 @@
-"""Publishes IMUs of feet with CycloneDDS, as drivers do, and subscribes to what `footfall ros2` makes of them.
+"""Publishes IMUs of feet with CycloneDDS, as drivers do, and subscribes to the messages of `footfall ros2` about
+them.
 
 Usage:
     live.py estimates FOOTFALL RELIABILITY SAMPLES.csv ESTIMATES.csv ROS2-ARGUMENT...
@@ -65,7 +66,7 @@ RIGHT_FIRST = ["FR", "FL", "RR", "RL"]
 # Time in which topics are found, ns.
 DISCOVERY_NS = 3_000_000_000
 
-# A script that takes longer hangs. It then ends, and prints the place where it hangs.
+# Time after which the script counts as hung, s. It then ends, and prints the line at which it hangs.
 HANGS_S = 900.0
 
 BEST_EFFORT = Qos(Policy.Reliability.BestEffort, Policy.Durability.Volatile, Policy.History.KeepLast(10))
@@ -142,8 +143,9 @@ class Robot:
             writer.write(imu)
 
     def play(self, samples, scale=1.0):
-        """Publishes samples at their times, from now on; returns the stamp of the first less its time."""
-        # The estimator counts whole µs, which are rounded; the contacts keep the ns.
+        """Publishes samples at their times, from now on. Returns the difference between the stamp and the time of the
+        first sample."""
+        # The estimator rounds stamps to whole µs, but contacts keep the ns. 499 ns test both.
         begun, begun_ns = time.monotonic(), time.time_ns() // 1000 * 1000 + 499
         first = samples[0][0]
         for at, readings, force in samples:
@@ -172,7 +174,7 @@ def started(footfall, arguments, log=subprocess.PIPE):
 
 
 def ended(program):
-    """Ends a program by the signal that a service manager sends; returns what it has said."""
+    """Ends a program by the signal that a service manager sends, and returns its error output."""
     program.terminate()
     _, errors = program.communicate()
     assert program.returncode == 0, (program.returncode, errors)
@@ -479,7 +481,7 @@ def measure(footfall, rate, seconds, samples, result, *arguments):
     collect(since + seconds)
     end_ns = time.time_ns()
     share = (cpu_seconds(program.pid) - before) / (time.monotonic() - since)
-    # Those of the last samples.
+    # Collects the contacts of the last samples.
     collect(time.monotonic() + 2.0)
     publisher.terminate()
     publisher.wait()

@@ -1,4 +1,5 @@
-"""A walk as others write it: pandas with comma decimals, a logger with counts and with mg, rosbags as a bag of ROS 1.
+"""A walk as other programs write it: pandas with comma decimals, a logger with counts and with mg, rosbags as a bag
+of ROS 1.
 
 usage: others.py walk.csv folder
 """
@@ -58,7 +59,7 @@ def bag(path, walk, compression=None):
 
 
 def bag_in_mcap(path, walk):
-    """What the MCAP CLI makes of a bag of ROS 1: its messages as they are."""
+    """Writes the messages of a bag of ROS 1 into MCAP unchanged, as the MCAP CLI does."""
     with path.open("wb") as file:
         writer = McapWriter(file)
         writer.start(profile="ros1", library="others")

@@ -46,7 +46,7 @@ PACKAGE = Path(__file__).parents[4] / "ros2/footfall_msgs"
 FEET = ["FL", "FR", "RL", "RR"]
 # The feet walk three seconds longer than each topic is read, because subscribers need time to find it.
 CONTACTS = 4000
-# A script that takes longer hangs. It then ends, and prints the place where it hangs.
+# Time after which the script counts as hung, s. It then ends, and prints the line at which it hangs.
 HANGS_S = 600.0
 
 # Number of runs. At least one of them must not stall.
@@ -55,7 +55,8 @@ ATTEMPTS = 5
 # Longest lead of a stamp over the clock, ns.
 EARLY_NS = 10_000_000
 
-# Values of feet in messages of all feet that may be swing because the machine stalled, of some 20 000.
+# Largest number of decisions, of some 20 000 in messages of all feet, that may be "swing" because the machine
+# stalled.
 SILENT = 100
 LEAST = {
     "contact": CONTACTS,
@@ -74,7 +75,7 @@ WHOSE = {
 
 @functools.cache
 def fields_of(kind):
-    """Names of the fields of a class of messages of any library."""
+    """Names of the fields of a message class of any library."""
     return getattr(kind, "__slots__", None) or list(kind.__annotations__)
 
 
@@ -133,12 +134,12 @@ def recorded(path):
 
 
 class Stalled(Exception):
-    """The machine was too busy for subscribers, and nothing is known of the messages."""
+    """The machine was too busy for the subscribers, so the messages were not tested."""
 
 
 def compare(topic, received, published, least):
-    """The last messages, `least` of them, without a gap and value for value. Those before came while the
-    subscriber was found: what DDS promises of them is their order."""
+    """Compares the last `least` messages value for value, without a gap. Earlier messages came while the subscriber
+    was being found, and DDS guarantees only their order."""
     if len(received) < least:
         raise Stalled(f"{topic}: {len(received)} messages, not {least}")
     pairs = zip(received[-least:], published[-least:])
@@ -159,7 +160,7 @@ def last_of(received, topic):
 
 
 def take_last_words(received, other_topic, other_values):
-    """Takes what is said at the end off the messages: that all feet are silent, and none stands."""
+    """Removes the messages of the end, in which all feet are silent and no foot stands."""
     if any(message.data != 0.0 for message in last_of(received, "contact/probability")):
         raise Stalled("the last words have not come")
     for foot in FEET:
@@ -214,9 +215,9 @@ def check_now(footfall, *arguments):
 
 
 def check_namesake(footfall, *arguments):
-    """Another participant says that it has a node /footfall, as any node of ROS of that name does, and publishes FL.
+    """Another participant announces a node /footfall, as any node of ROS with this name does, and publishes FL.
 
-    A node of another name in the same namespace publishes FL, too, and one in another namespace does not.
+    A node with another name in the same namespace also publishes FL. A node in another namespace does not.
     """
     participant = participant_of(arguments)
     nodes = DataWriter(participant, topic_of_nodes(participant), qos=ABOUT_NODES)
@@ -283,7 +284,7 @@ def check_messages(published, whose, reliability, footfall, _, *arguments):
     if "did not keep up" in errors:
         raise Stalled(errors)
     assert errors == "", errors
-    # The threads that receive may be behind; without the last words the run counts as stalled.
+    # The receiving threads may be late. If they miss the messages of the end, the run counts as stalled.
     time.sleep(1.0)
     received = {}
     for topic, reader in readers.items():
@@ -310,8 +311,8 @@ def check_messages(published, whose, reliability, footfall, _, *arguments):
 
 
 def check_other(messages, published, values, whose):
-    """Messages of all feet have what a contact of each foot has said, or swing for a foot that was silent for
-    20 ms, as the source is where this machine stalls: rarely."""
+    """Checks that each message of all feet has the decision of a contact of each foot. A foot that was silent for 20
+    ms may have "swing" instead, which is rare: the source is silent while this machine stalls."""
     if len(messages) <= CONTACTS // 2:
         raise Stalled(f"{whose}: {len(messages)}")
     said = []

@@ -3,12 +3,12 @@
 usage: view.py compare PROGRAM SOURCE REC.mcap
        view.py slow PROGRAM SOURCE
 
-`compare` subscribes to every channel that is announced, decodes what comes with the definitions that are
-announced, and compares all of it with what `footfall record` has written of the same source: equal, in order,
-and from the first message of each topic to its last. Then it makes sure that it would have seen a message that
-is missing, or has another value. Prints how many messages each topic had.
+`compare` subscribes to every announced channel, and decodes the messages with the announced definitions. They must
+equal the messages that `footfall record` has written of the same source, in order, up to the last message of each
+topic. Then `compare` checks that it would detect a missing message and a changed value. It prints the number of
+messages of each topic.
 
-`slow` subscribes and takes nothing; another client receives more messages than the server queues for one.
+`slow` subscribes and reads nothing, while another client receives more messages than the server queues for a client.
 """
 
 import contextlib
@@ -42,15 +42,16 @@ LOOK_S = 0.5
 LEAST_S = 2.0
 # End of the topics with a message each millisecond.
 OFTEN = "/contact"
-# A script that takes longer hangs, and ends with the place where it does.
+# Time after which the script counts as hung, s. It then ends, and prints the line at which it hangs.
 HANGS_S = 600.0
 
 
 @contextlib.contextmanager
 def served(program, source):
-    """`footfall view` for as long as this lasts: it does not end by itself."""
+    """Runs `footfall view` within the context, because it does not end by itself."""
     command = [program, "view", source, "--port", "0"]
-    # Without this script's standard output: whoever reads that waits for all who hold it.
+    # The program must not inherit this script's standard output. Its reader would wait until the program has ended,
+    # too.
     with subprocess.Popen(
         command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
     ) as process:
@@ -61,7 +62,7 @@ def served(program, source):
 
 
 class Server:
-    """`footfall view`, and what it says."""
+    """A running `footfall view`, and its error output."""
 
     def __init__(self, process):
         self.process = process
@@ -89,7 +90,7 @@ class Server:
             self.changed.wait_for(lambda: self.has_said(text))
 
     def stop(self):
-        """Ends the server; returns all that it has said."""
+        """Ends the server, and returns all of its error output."""
         self.process.send_signal(signal.SIGTERM)
         code = self.process.wait()
         self.listener.join()
@@ -108,7 +109,7 @@ def subscribe(client, channels, subscriptions):
 
 
 def connected(server, max_queue):
-    # No pings: a client that is slow, or on a busy machine, is not gone.
+    # No pings, because a client that is slow, or on a busy machine, would count as gone.
     return connect(
         server.url,
         subprotocols=[PROTOCOL],
@@ -125,15 +126,15 @@ def last_of(entries):
 
 
 def is_late(messages, expected):
-    """Whether the client has missed too much of a foot before it was connected."""
+    """Whether the client was connected so late that it has missed most messages of a foot."""
     often = [topic for topic in expected if topic.endswith(OFTEN)]
     latest = {topic: expected[topic][-1][0] - LEAST_S * 1e9 for topic in often}
     return any(not messages[topic] or messages[topic][0][0] > latest[topic] for topic in often)
 
 
 def collect(server, expected):
-    """All messages of all channels, as they come: times and bytes by topic; the channels by topic. Nothing where the client
-    was connected too late."""
+    """Collects the messages of all channels in order of arrival. Returns times and bytes by topic, and the channels
+    by topic; None if the client was connected too late."""
     subscriptions, messages = {}, defaultdict(list)
     last = {topic: last_of(entries) for topic, entries in expected.items()}
     open_ends = dict(last)
@@ -172,7 +173,7 @@ def collect(server, expected):
 
 @functools.cache
 def fields_of(kind):
-    """Names of the fields of a class of messages of any library, or nothing of another class."""
+    """Names of the fields of a message class of any library; None for any other class."""
     if dataclasses.is_dataclass(kind):
         # Constants have upper-case names: they are no part of a message.
         names = [field.name for field in dataclasses.fields(kind)]
@@ -188,7 +189,7 @@ def plain(value):
     if isinstance(value, numpy.ndarray):
         return value.tolist()
     if kind in (list, tuple):
-        # Of numbers alone, as a covariance is.
+        # A list of numbers alone, such as a covariance, is copied at once.
         return list(value) if set(map(type, value)) == {float} else [plain(part) for part in value]
     if isinstance(value, numpy.generic):
         return value.item()
@@ -209,7 +210,7 @@ def same(one, other):
 
 
 def decoded(messages, channels):
-    """Messages by the definitions that came with their channels, and nothing else."""
+    """Decodes messages only by the definitions that came with their channels."""
     store = get_typestore(Stores.EMPTY)
     for channel in channels.values():
         assert (channel["encoding"], channel["schemaEncoding"]) == ("cdr", "ros2msg"), channel
@@ -234,7 +235,7 @@ def recorded(path):
 
 
 def compare(received, expected):
-    """Makes sure that what was received of a topic is all of it from the first message that came."""
+    """Checks that no message of a topic is missing after the first one that was received."""
     assert received.keys() == expected.keys(), (sorted(received), sorted(expected))
     for topic, entries in received.items():
         all_of_it = expected[topic]

@@ -257,7 +257,7 @@ impl FootOnCan {
         self.missing += more;
     }
 
-    /// Counts a contact that arrived after a later one, before which it was counted as missing.
+    /// Counts a contact that arrived after a later one. It was counted as missing before that one.
     fn overtaken(&mut self, report: &mut Report) {
         report.count_problem("contacts_out_of_order");
         self.missing -= 1;
@@ -331,15 +331,15 @@ impl FootOnCan {
         ClockCorrection::Restart(from, shift_us)
     }
 
-    /// Aligns the clock with the log's by the SYNC that a health frame reports, if it does. Returns the offset
-    /// from the foot's clock to the log's, µs, if known.
+    /// Aligns the clock with the log's if a health frame reports a SYNC. Returns the offset from the foot's
+    /// clock to the log's, µs, if known.
     pub(super) fn align(&mut self, reading: ClockReading, syncs: &Syncs) -> Option<i64> {
         let time = self.newest.time_of(reading)?;
         self.alignment.take(reading, time, syncs, self.least);
         self.offset()
     }
 
-    /// Offset from its clock to the log's, µs, if known from SYNCs.
+    /// Offset from the foot's clock to the log's, µs, if known from SYNCs.
     fn offset(&self) -> Option<i64> {
         let offset = self.alignment.offset()?;
         // No contact is made after it was received.
@@ -347,7 +347,7 @@ impl FootOnCan {
         Some(latest.map_or(offset, |latest| offset.min(latest)))
     }
 
-    /// Converts a time of its clock, µs, to the log's, if the offset is known from SYNCs.
+    /// Converts a time of the foot's clock, µs, to the log's, if the offset is known from SYNCs.
     pub(super) fn common(&self, micros: u64) -> Option<(Timestamp, CommonClock)> {
         let common = micros.checked_add_signed(self.offset()?)?;
         Some((Timestamp::from_micros(common), CommonClock::Sync))
@@ -450,9 +450,9 @@ impl Mark {
         }
     }
 
-    /// Time to a contact of this number at `short`, µs, negative if it is older, if its number agrees with its
-    /// time at the foot's `pace`: no turn of the clock is missing in between. Another turn would need a loss
-    /// of a multiple of 256 contacts that lasts whole turns, 16.384 s at 1 kHz.
+    /// Time to a contact at `short`, µs, negative if the contact is older; `None` unless its number agrees
+    /// with its time at the foot's `pace`. If they agree, no turn of the clock is missing in between, because
+    /// a turn would need a loss of a multiple of 256 contacts that lasts whole turns: 16.384 s at 1 kHz.
     fn by_number(self, short: ShortTime, sequence: u8, pace: ContactPace) -> Option<i64> {
         let contacts = i64::from(sequence.wrapping_sub(self.sequence) as i8);
         let steps = self.steps_us(short);

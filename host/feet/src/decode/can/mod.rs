@@ -400,8 +400,8 @@ impl PendingRows {
         self.rows.get_mut(index.checked_sub(self.returned)?)
     }
 
-    /// Sets the common time of all kept rows of the foot of row `index` to its own clock plus `offset`, µs, if
-    /// that row still uses the time of reception.
+    /// Sets the common time of a foot's kept rows to the foot's own clock plus `offset`, µs. The foot is the
+    /// one of row `index`. Does nothing if that row no longer uses the time of reception.
     fn align(&mut self, index: usize, offset: i64) {
         let Some(row) = self.get_mut(index) else {
             return;

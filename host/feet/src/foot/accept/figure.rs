@@ -43,7 +43,7 @@ pub enum FigureHint {
 pub enum FigureOutcome {
     /// Measured value, in the unit of its [`LimitedQuantity`].
     Measured(f64),
-    /// Reason why the measurement failed, which is the board's fault until it is repeated.
+    /// Reason why the measurement failed. It counts as a fault of the board until a repeated measurement succeeds.
     Failed(String),
     /// Reason why there was nothing to measure.
     NotTested(String),

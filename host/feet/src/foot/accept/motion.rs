@@ -1,4 +1,5 @@
-//! Contacts and motions of one foot, the same over CAN and over the serial line; and its rest, from the motions.
+//! Contacts and motions of one foot, in the same form over CAN and over the serial line. Rest is found from the
+//! motions.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -46,7 +47,7 @@ pub(super) enum Moment<'a> {
     Faults(Faults),
 }
 
-/// Longest time until a person who has left is noticed.
+/// Longest time until the program notices that the person has left.
 const NOTICE: Duration = Duration::from_millis(200);
 
 /// Listens to the foot of `client` until `find` returns a value, at most `longest`, or until the person has left.

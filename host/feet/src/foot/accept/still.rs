@@ -41,7 +41,8 @@ struct SampleTimes {
 impl SampleTimes {
     /// Nominal period of the edges, µs.
     const PERIOD_US: u64 = 150;
-    /// Longest time in which edges are counted, µs: at a rate that is 5 % off, half a period of error.
+    /// Longest time between samples in which edges are counted, µs. At a rate that is 5 % off, the error then grows
+    /// to half a period.
     const LONGEST_US: u64 = 1_400;
     /// Largest mean error of the times with k edges, µs.
     const OFF_US: f64 = 8.0;
@@ -66,7 +67,8 @@ impl SampleTimes {
         }
         let all_us: u64 = spans.clone().map(|(_, (_, sum_us))| sum_us).sum();
         let period_us = all_us as f64 / edges as f64;
-        // At another rate, or if samples are read by the timer, nominal edges seem to occur only with some numbers.
+        // If the edges have another rate, or if samples are read by the timer, only multiples of some number of edges
+        // occur.
         let divisor = spans.clone().fold(0, |divisor, (k, _)| greatest_divisor(divisor, k));
         let is_off = |(k, (count, sum_us)): (u64, (u64, u64))| {
             let mean_us = sum_us as f64 / count as f64;
@@ -148,7 +150,7 @@ fn contact_period_us(client: &mut Client) -> Result<u64, RequestError> {
         None => client.read_number(index::UART_STREAMS, 1)?,
     };
     let (period_us, tick_us) = (u64::from(ms) * 1_000, tick_us(client)?);
-    // As the foot does, the nearest number of ticks.
+    // The foot, too, rounds a period to the nearest number of ticks.
     Ok(match period_us {
         0 => 0,
         _ => ((period_us + tick_us / 2) / tick_us).max(1) * tick_us,

@@ -209,7 +209,8 @@ struct WalkedFoot {
     /// Learnt values.
     #[serde(serialize_with = "serialize_learnt")]
     learnt: Learnt,
-    /// Mounting of its sensor: null if the sensor's axes are those of the foot, `unknown` if the foot has not stood still.
+    /// Mounting of the foot's sensor: null if the sensor's axes are those of the foot, `unknown` if the foot has not
+    /// stood still.
     mounting: FoundAxes,
 }
 

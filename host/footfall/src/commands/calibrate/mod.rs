@@ -409,7 +409,7 @@ enum CalibrateError {
         inputs: &'static str,
         options: String,
     },
-    /// A foot is calibrated where there are settings of single feet, and it is not named.
+    /// The configuration has settings of single feet, and the foot to calibrate is not named.
     #[error(
         "the configuration has settings only of the foot {0}: name the foot to calibrate with --foot"
     )]
@@ -421,7 +421,7 @@ enum CalibrateError {
 
 impl Worded for CalibrateError {}
 
-/// Checks that none of the options is given that inputs of this kind do not use.
+/// Checks that no option is given that has no effect on inputs of this kind.
 fn check_unused(inputs: &'static str, given: &[Vec<String>]) -> Result<(), CalibrateError> {
     let given = given.concat();
     if given.is_empty() {
@@ -461,7 +461,7 @@ fn set_learnt(mut file: RobotFile, report: &WithInputs<LearntFoot>) -> RobotFile
     file
 }
 
-/// Thresholds that the load crosses, where it does not cross the thresholds in use.
+/// Thresholds that the load crosses; `None` if it crosses the thresholds in use.
 fn crossed_thresholds(finding: &Finding) -> Option<LoadThresholds> {
     match finding {
         Finding::LoadNeverCrosses { on, off, .. } => {

@@ -322,7 +322,7 @@ impl FootArguments {
     /// Returns the names of values that differ, with both values.
     fn changes(&self, changes: &[(Named, Value, Value)]) -> String {
         if self.json {
-            // With diff, from the default or the file's value to the foot's own.
+            // For `diff` the change leads from the default, or from the value in the file, to the value on the foot.
             let changes = changes.iter().map(|(named, before, after)| {
                 json!({
                     "name": named.name(),

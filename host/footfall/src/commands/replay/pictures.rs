@@ -51,8 +51,8 @@ impl Picture {
     }
 }
 
-/// Returns the path of each picture of these feet: `path` for a page of all or for the figure of the only foot;
-/// otherwise the name of each foot is added.
+/// Returns the path of each picture of these feet. A page of all feet, and the figure of an only foot, have the
+/// path `path`. Otherwise the name of each foot is added.
 pub(super) fn paths(path: &Path, feet: &[&str]) -> Vec<PathBuf> {
     if feet.len() == 1 || Drawing::of(path) == Drawing::Page {
         return vec![path.to_owned()];

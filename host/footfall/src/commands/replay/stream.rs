@@ -178,7 +178,7 @@ impl RowStream<'_> {
             Ok(()) => Ok(()),
             Err(end) => {
                 self.failed = Some(end);
-                // It is not shown: `failed` has the reason.
+                // This error is not shown, because `failed` has the reason.
                 let problem = Problem::Unreadable(io::ErrorKind::BrokenPipe.into());
                 Err(InputError { file: STANDARD.to_owned(), place: Place::File, problem })
             }

@@ -115,7 +115,7 @@ pub struct Server {
     shared: Arc<Shared>,
     /// Address to which the server is bound. If it is unspecified, the server listens on all addresses of this machine.
     address: SocketAddr,
-    /// Numbers of the topics, and the rest of what their clients need.
+    /// Channel numbers of the topics.
     channels: HashMap<Arc<str>, u32>,
 }
 
@@ -285,7 +285,8 @@ impl Server {
             }],
         });
         let announcement: Arc<str> = announcement.to_string().into();
-        // A client that connects meanwhile gets it once: the lists are locked in the order of `serve_client`.
+        // A client that connects meanwhile gets the announcement once, because the lists are locked in the order of
+        // `serve_client`.
         let mut announced = locked(&self.shared.announced);
         announced.push(Arc::clone(&announcement));
         for client in locked(&self.shared.clients).iter() {

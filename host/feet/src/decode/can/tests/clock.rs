@@ -218,7 +218,7 @@ fn every_time_is_known_after_a_tenth_of_a_second() {
             let mut received = Received::of(&robot.sent(), &[]);
             let wrap_us = (1 << 32) * 10;
             received.came.iter_mut().for_each(|came| {
-                // A foot that is beyond the wrap at the start counts from it.
+                // A foot whose clock has wrapped before the start counts from the wrap.
                 if robot.clock_us(u16::from(came.node) - 0x11, 0) >= wrap_us {
                     came.clock_us -= wrap_us;
                 }

@@ -93,7 +93,7 @@ fn gaps_shorter_than_a_day_are_bridged() {
 fn damaged_foot_time_affects_only_its_row() {
     let (backwards, against) = ("times_that_run_backwards", "times_against_the_log");
     for (damaged, problem) in [
-        // Off by 100 ms, which is within the tolerance for late frames: before and after the turn.
+        // The time is off by 100 ms, within the tolerance for late frames: once before the turn, and once after it.
         (65_500_u16.wrapping_add(10_000), backwards),
         (65_500 - 10_000, backwards),
         // Off by more.
@@ -153,7 +153,7 @@ fn lines_out_of_order_keep_their_times_and_are_reported() {
 
 #[test]
 fn setting_the_log_clock_causes_one_problem_and_no_turn_error() {
-    // Forwards, by whole turns of the foot's clock or not; backwards by half a minute.
+    // The clock is set forwards, by whole turns of the foot's clock or not, and backwards by half a minute.
     for set_ms in [3_600_000_i64, 65_536, 3_600_300, -30_000] {
         let log = (0..10_u16).map(|k| {
             let set = if k < 5 { 0 } else { set_ms };

@@ -152,7 +152,7 @@ impl CopyArguments {
     }
 }
 
-/// Returns the first foot that has no place, or the place of a foot before it.
+/// Returns the first foot without a place, or whose place an earlier foot has taken.
 fn first_without_own_place(feet: &[CopiedFoot]) -> Option<&CopiedFoot> {
     for (index, foot) in feet.iter().enumerate() {
         let is_taken = feet[..index].iter().any(|earlier| earlier.place == foot.place);
@@ -408,7 +408,7 @@ impl<'a> EstimateStream<'a> {
         }))
     }
 
-    /// Removes and returns the messages that are due, and the load of their sample.
+    /// Removes and returns the messages that are due, with the load of their sample.
     fn pop_messages(&mut self, due: Due) -> (Vec<Published>, Option<Load>) {
         let [stamp, at] = [due.time_us, due.written_us]
             .map(|us| Timestamp::from_micros(u64::try_from(us).unwrap_or_default()));
