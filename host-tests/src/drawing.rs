@@ -1,4 +1,4 @@
-//! Pictures of the documents that no plot shows: SVG, readable on light and on dark pages.
+//! Pictures of the documents that are not plots: SVG, readable on light and on dark pages.
 
 use std::fmt::Write;
 

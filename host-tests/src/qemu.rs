@@ -6,8 +6,8 @@ use crate::requirements::unmet;
 
 const QEMU: &str = "qemu-system-arm";
 
-/// QEMU's machine with an STM32F405, of which the test programs use only the core, with semihosting; `None` if
-/// QEMU is not installed.
+/// QEMU's machine with an STM32F405 and semihosting. The test programs use only the core of the chip. `None`
+/// if QEMU is not installed.
 #[must_use]
 pub fn stock_board() -> Option<Command> {
     machine("netduinoplus2")

@@ -1,6 +1,7 @@
-//! Handling of requirements that the machine does not meet. `FOOTFALL_REQUIRE_EVERYTHING` in the environment decides
-//! whether a test fails that cannot check anything: `1`, as the gate sets it, requires tools and recordings, `tools` only
-//! tools, where the recordings of others cannot be fetched. Without it, or with `0`, the test reports that and passes.
+//! Requirements that the machine does not meet. If a test cannot check anything, `FOOTFALL_REQUIRE_EVERYTHING` in the
+//! environment decides whether it fails. `1`, which the gate sets, requires tools and recordings. `tools` requires
+//! only tools, for machines that cannot fetch third-party recordings. Without the variable, or with `0`, the test
+//! reports the missing requirement and passes.
 
 use std::env;
 use std::io::{self, Write};

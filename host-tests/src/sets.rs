@@ -21,7 +21,7 @@ samples::named! {
         Ground = "ground",
         /// ATLAS, three steps, 1 kHz.
         ThreeSteps = "3 steps",
-        /// ATLAS on a slippery floor, on which the paper compares, 1 kHz.
+        /// ATLAS on a slippery floor, on which the paper compares methods, 1 kHz.
         Slip = "slip",
         /// LCD's ATLAS.
         Atlas7k = "ATLAS 7k",

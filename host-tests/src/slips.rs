@@ -2,9 +2,9 @@
 //! truth is the foot's own motion.
 //!
 //! A slip counts from the moment at which the foot's own speed exceeds [`SPEED_LIMIT`], and is found with the
-//! first sample of P < 0.5; the slip distance at detection is the distance slid until then. A good stance is one
-//! without a slip; it has one false slip, however often, if a decision that was "stable" ends before the foot
-//! peels off.
+//! first sample of P < 0.5. The slip distance at detection is the distance slid until then. A good stance is a
+//! stance without a slip. If a "stable" decision ends in it before the foot peels off, it has one false slip,
+//! however often that happens.
 
 use estimator_core::any::AnyParams;
 use estimator_core::{ContactEstimate, Decision};

@@ -1,4 +1,5 @@
-//! RMSE of the default preset on each set of labelled recordings, at its own rate, compared with that of the documents.
+//! RMSE of the default preset on each set of labelled recordings, at its own rate, compared with the RMSE in the
+//! documents.
 
 use std::io::{self, Write as _};
 
@@ -7,16 +8,16 @@ use host_tests::labelled::pooled;
 use host_tests::requirements::no_recording;
 use host_tests::sets::Set;
 
-/// Share of the documents' RMSE by which that of a set, or the mean, may exceed it.
+/// Share by which the RMSE of a set, or the mean, may exceed the RMSE in the documents.
 const LOSS: f64 = 0.05;
 
-/// Compares an RMSE with that of the documents, and returns whether it exceeds the bound.
+/// Compares an RMSE with the RMSE in the documents, and returns whether it exceeds the bound.
 fn is_worse(name: &str, rmse: f64, documented: f64) -> bool {
     let drift = format!("{name}: {rmse:.4}, {documented:.4} in the documents");
     if format!("{rmse:.4}") == format!("{documented:.4}") {
         println!("{drift}");
     } else {
-        // Past the harness, which captures what a passing test prints.
+        // Written past the harness, which captures the output of a passing test.
         let _ = writeln!(io::stderr(), "RMSE of {drift}, {:+.4}", rmse - documented);
     }
     rmse > documented * (1.0 + LOSS)

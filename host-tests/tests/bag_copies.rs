@@ -18,7 +18,7 @@ const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/bag_copi
 /// Number of samples in each bag.
 const SAMPLES: usize = 400;
 
-/// Runs the script and returns what it prints.
+/// Runs the script, and returns its output.
 fn script(packages: &packages::Packages, what: &str, paths: &[&Path]) -> String {
     let paths = paths.iter().map(|path| path as &dyn AsRef<OsStr>);
     let arguments: Vec<_> = iter::once(&what as &dyn AsRef<OsStr>).chain(paths).collect();

@@ -30,8 +30,8 @@ struct Trial {
     truth: Vec<Option<Rotation>>,
 }
 
-/// Orientation in the cells `qw,qx,qy,qz,movement` at the end of a row, from the sensor to the world; `None` where it is not
-/// known, or the sensor does not move.
+/// Orientation in the cells `qw,qx,qy,qz,movement` at the end of a row, from the sensor to the world; `None` if it is
+/// unknown, or the sensor does not move.
 fn truth(row: &str) -> Option<Rotation> {
     let cells: Vec<f64> = row.split(',').skip(7).map_while(|cell| cell.parse().ok()).collect();
     match cells[..] {
@@ -80,7 +80,8 @@ fn inclination_keeps_its_bounds_on_broad() {
     assert!(mean(&errors) <= MEAN_DEG, "{errors:?}");
     assert!(errors.iter().all(|error| *error <= WORST_DEG), "{errors:?}");
 
-    // Most depends on when the gyroscope measured: a rate that counts only for its own sample is late by half a period.
+    // The time at which the gyroscope measured has the largest effect: a rate that counts only for its own sample is
+    // late by half a period.
     let late = AttitudeParams { gyro_timing: GyroTiming::Delay(0.0), ..AttitudeParams::DEFAULT };
     assert!(mean(&errors_deg(&trials, late)) > mean(&errors) + 0.1);
 }

@@ -213,7 +213,7 @@ fn faults_of_the_foot_have_their_time_name_and_detail() {
     let t = report.emergencies[0].t.expect("there were contacts before it");
     assert!((2.99..=3.0).contains(&t), "{t}");
     let faulty: Vec<_> = rows.iter().filter(|row| row.status.has_fault()).collect();
-    // It ends with the last of the required consecutive good samples.
+    // The fault ends with the last of the required consecutive good samples.
     let lasts = 100 + usize::from(SOUND_TICKS) - 1;
     assert_eq!(faulty.len(), lasts);
     for row in faulty {
@@ -237,7 +237,7 @@ fn serial_damage_costs_only_the_hit_frames_and_is_counted() {
     let all = decoded(&clean).rows.len() as u64;
     let starts = frames(&clean);
     let mut damaged = clean;
-    // From the end, so that positions stay valid. The last frame is cut off.
+    // The damage begins at the end of the recording, so that earlier positions stay valid. The last frame is cut off.
     damaged.truncate(damaged.len() - 3);
     // Garbage between two frames, with and without a terminator: neither damages a frame.
     let garbage: Vec<u8> = (1..=200).map(|k| (k * 37 % 255) as u8 + 1).collect();
@@ -258,7 +258,7 @@ fn serial_damage_costs_only_the_hit_frames_and_is_counted() {
     let all_frames = rows.len() as u64 + others.iter().sum::<u64>();
     assert_eq!(all_frames, starts.len() as u64 - 1 - lost);
     assert!(rows.len() as u64 >= all - lost);
-    // The truncated one is at the end, where a gap cannot be detected.
+    // The truncated frame is at the end, where a gap cannot be detected.
     assert_eq!((report.gaps, report.missing), (7, lost - 1));
     let wrong: u64 = report.problems.values().sum();
     assert_eq!(report.problems["unfinished_frames"], 1);
@@ -269,7 +269,7 @@ fn serial_damage_costs_only_the_hit_frames_and_is_counted() {
 
 #[test]
 fn other_versions_and_types_are_distinguished_from_damage() {
-    // Of version 2, and of type 0x7F, made by zlib's CRC-32.
+    // A frame of version 2, and a frame of type 0x7F, with the CRC-32 of zlib.
     let version = [0x09, 0x02, 0x01, 0x07, 0x01, 0xF1, 0xDB, 0xC9, 0xB2, 0x00];
     let kind = [0x09, 0x01, 0x7F, 0x07, 0x01, 0x45, 0x31, 0x13, 0xFE, 0x00];
     let stream = [&version[..], &demo().uart, &kind].concat();

@@ -47,7 +47,7 @@ fn with_step(walk: &Recording, bias: Vec3) -> Recording {
     stood(&biased, 10.0, 3)
 }
 
-/// Share of the stable samples with P > 0.5 after a time, s, and of the others.
+/// Shares of samples with P > 0.5 after a time, s: among the stable samples, and among the others.
 fn found_from(recording: &Recording, from_s: f64) -> (f64, f64) {
     let estimates = estimates_of(recording, &AnyParams::DEFAULT).expect("the preset");
     // Found and all samples, of a stance and others.

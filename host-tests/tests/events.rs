@@ -206,7 +206,7 @@ impl Found {
         let overlap = |slip: &TrueSlip, event: &ContactEvent| {
             let start = seconds(event.time);
             let end = start + event.duration_us.unwrap_or(0) as f64 / 1.0e6;
-            // The sensor's filter and the burst delay it by up to 2 ms.
+            // The sensor's filter and the burst delay an event by up to 2 ms.
             start < slip.to + 2e-3 && slip.from < end
         };
         let is_false = |event: &&&ContactEvent| !truth.iter().any(|slip| overlap(slip, event));
@@ -254,7 +254,7 @@ fn slip_distances_are_accurate_to_a_few_millimetres() {
     println!(
         "{slips} slips, {unseen} unseen, {several} in parts, {false_events} false; errors {middle:.2} mm, {nine_of_ten:.2} mm, {worst:.2} mm"
     );
-    // 1.22, 6.34 and 8.46 mm now. The last two limits are in docs/reference/formats.md.
+    // Measured: 1.22, 6.34 and 8.46 mm. docs/reference/formats.md has the last two limits.
     assert!(middle < 1.3, "{middle} mm");
     assert!(nine_of_ten < 6.7, "{nine_of_ten} mm");
     assert!(worst < 8.9, "{worst} mm");

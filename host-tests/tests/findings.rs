@@ -9,7 +9,7 @@ use samples::{RecordedSample, Recording};
 
 use host_tests::labelled::of_sets;
 
-/// People of whom both feet were recorded.
+/// People who walked with an IMU on each foot.
 const PEOPLE: [u8; 9] = [2, 4, 6, 8, 10, 12, 14, 16, 18];
 
 /// Walks of both feet of people; `None` if one is absent.
@@ -124,7 +124,8 @@ fn unit_of_rates_is_right_or_not_advised_on_each_recording() {
                 }
             }
         }
-        // 41 to 56 of 56 are right, and up to 4 have swings that do not tell.
+        // Measured once: by unit, 41 to 56 of 56 recordings are right, and at most 4 have swings that do not
+        // distinguish the units.
         let all = recordings.len();
         assert!(10 * right >= 7 * all, "{name}: {right} of {all}");
         assert!(10 * undecided.len() <= all, "{name}: {undecided:?}");

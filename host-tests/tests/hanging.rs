@@ -389,7 +389,7 @@ fn slow_steps_after_a_walk_are_learnt() {
     let mut foot = Foot::new(None);
     let before = foot.walk(&walk);
     foot.move_like(&slow_step, 20.0);
-    // At its turning point such a swing moves as little as in a stance.
+    // At its turning point this slow swing moves as little as a foot in a stance.
     let share = foot.move_like(&slow_step, 60.0);
     let after = foot.walk(&walk);
     assert!(share < 0.35 && after > before - LOST, "{share:.3}; {before:.3}, then {after:.3}");

@@ -24,7 +24,8 @@ const SEED: u64 = 1;
 
 /// Maximum increase of the RMSE by a minute of standing. It usually decreases, since the foot is proven at once.
 ///
-/// The simulated ATLAS of 7,000 samples has no noise: a stand leaves nothing in its speed, each of its steps something.
+/// The simulated ATLAS of 7,000 samples has no noise. So standing adds nothing to the speed of its slide test, whereas
+/// each of its steps adds something.
 fn standing_costs(recording: &str) -> f64 {
     match recording {
         "ATLAS_7k_04ground" => 0.18,
@@ -216,7 +217,7 @@ fn a_residual_of_removed_gravity_is_found() {
     };
     let ground = recordings.into_iter().find(|file| file.set == Set::Ground);
     let ground = ground.expect("a set that is averaged").recording;
-    // In the first stances the bias counts as a usual speed of this foot.
+    // In the first stances the foot takes the effect of the bias for its usual speed.
     assert_rmse(&with_force_bias(&ground, Vec3::new(0.1, 0.1, 0.1)), 0.47);
 }
 

@@ -1,5 +1,5 @@
-//! The component of `ros2_control` in `ros2/footfall_hardware`, compiled against a stub of ROS 2's interfaces: it is fed the
-//! bytes of a foot's serial line and the frames of a bus, and exports what they say.
+//! The component of `ros2_control` in `ros2/footfall_hardware`, compiled against a stub of ROS 2's interfaces. It
+//! receives the bytes of a foot's serial line and the frames of a bus, and exports their values.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -125,7 +125,7 @@ fn assert_near(found: [f64; INTERFACES], expected: [f64; INTERFACES]) {
 
 const UNKNOWN: [f64; INTERFACES] = [f64::NAN; INTERFACES];
 
-/// Of a foot that is silent or not valid.
+/// Values of a foot that is silent or not valid.
 const DOUBTFUL: [f64; INTERFACES] = [0.0, 0.0, 100.0, f64::NAN];
 
 #[test]
@@ -163,7 +163,7 @@ fn hardware_component_exports_the_feet_of_both_kinds_of_lines() {
     script.can(Pdo::Contact, Foot::RearLeft, &on_bus(&stance));
     script.can(Pdo::Rate, Foot::RearLeft, &Rate::new(&stance, Faults::NONE).encode());
     script.can(Pdo::Contact, Foot::RearRight, &on_bus(&doubt));
-    // Of another node, and of no foot.
+    // Frames of a node on another line, and a frame that no foot sends.
     script.can(Pdo::Contact, Foot::FrontLeft, &on_bus(&slip));
     script.line("can 7ff 00");
     script.line("read 1.001");

@@ -71,7 +71,8 @@ fn settings_at_their_limits_leave_swings_that_are_not_stable() {
     }
 }
 
-/// Meaning of a setting: the meaning of the estimator's parameter, which concerns one value, or else of the object.
+/// Meaning of a setting. If the estimator has a parameter of this name, its meaning is taken, because it describes
+/// a single value. Otherwise it is the meaning of the object.
 fn meaning(setting: &Named) -> String {
     let name = setting.name();
     let about = rows().find(|row| row.name == name).map(|row| row.about.to_owned());

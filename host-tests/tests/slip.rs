@@ -24,8 +24,8 @@ const FALSE_PER_THOUSAND: f64 = 1.0;
 const MISSED: f64 = 0.115;
 /// Share of the slips that may begin before the stance has been called stable.
 const LEFT_OUT: f64 = 0.005;
-/// Limit for a run, where stances last a tenth of a second and landings saturate the sensor: with it the sample after, which
-/// the inclination lacks.
+/// Limit for a run, where stances last a tenth of a second. Its landings saturate the sensor, so the inclination
+/// lacks these samples and the samples after them.
 const FALSE_PER_THOUSAND_RUNNING: f64 = 9.0;
 
 /// Scores of walks, which are simulated on all cores, in their order.

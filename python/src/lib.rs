@@ -14,7 +14,7 @@
 //! | default method with other constants, for research | [`constants`] |
 //! | settings in errors, in words of Python | [`words`] |
 
-// Arguments from Python are owned values even where a reference would do.
+// Arguments from Python are owned values even if a reference would do.
 #![allow(clippy::needless_pass_by_value)]
 
 mod arrays;

@@ -8,7 +8,7 @@ import footfall
 
 
 def main() -> None:
-    # A format that needs a feature names the feature and how to build it.
+    # The error about a format that needs a feature names the feature, and how to build it.
     with TemporaryDirectory() as folder:
         bag = Path(folder, "walk.mcap")
         bag.write_bytes(b"\x89MCAP0\r\n")

@@ -1,4 +1,4 @@
-"""Runs every notebook as a reader would, and says which cell fails; `--write` keeps the outputs in the files."""
+"""Runs every notebook as a reader would, and reports the cell that fails; `--write` keeps the outputs in the files."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ NOTEBOOKS = Path(__file__).parents[1] / "notebooks"
 
 
 def without_the_machine(notebook: Any) -> Any:
-    """Leaves out of a notebook when and on what it ran: times of cells, versions, and what libraries log."""
+    """Removes the traces of a run from a notebook: times of cells, versions, and log output of libraries."""
     for cell in notebook.cells:
         cell.metadata.pop("execution", None)
         if cell.cell_type == "code":

@@ -146,7 +146,7 @@ def test_any_memory_layout_has_the_bits_of_a_copy(
     assert walk.load is not None
     n = 2000
     expected = footfall.estimate(walk.acc[:n], walk.gyr[:n], walk.t[:n], load=walk.load[:n])
-    # As a C program writes its records, without padding.
+    # Records as a C program writes them, without padding.
     record = np.dtype(
         [("head", f"S{before}"), ("acc", number, 3), ("status", "u1"), ("gyr", number, 3)]
         + [("t", "<f8"), ("load", number)]

@@ -1,4 +1,4 @@
-"""Files: recordings of every format with the program's options, and what feet have sent."""
+"""Files: recordings of every format with the program's options, and the output of feet."""
 
 from __future__ import annotations
 
@@ -101,7 +101,8 @@ def test_each_foot_of_a_bag_has_the_programs_bits(program: str, tmp_path: Path) 
 def test_a_table_of_somebody_else_is_read_with_the_programs_options(
     program: str, tmp_path: Path, walk: footfall.Recording
 ) -> None:
-    """Other names and units, times in ms, one of them twice, on a sensor that lies on its side."""
+    """A table with other names and units, with times in ms of which one is repeated, and of a sensor that lies on its
+    side."""
     acc = walk.acc[:, [0, 2, 1]] * [1.0, -1.0, 1.0] / 9.80665
     gyr = np.degrees(walk.gyr[:, [0, 2, 1]] * [1.0, -1.0, 1.0])
     lines = ["stamp,a1,a2,a3,wx,wy,wz"]
@@ -202,7 +203,7 @@ def test_events_are_those_of_the_program(program: str, tmp_path: Path) -> None:
 
 @pytest.fixture(scope="session")
 def demo(program: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder with what the simulated foot of the demo has sent."""
+    """The folder with the output of the simulated foot of the demo."""
     folder = tmp_path_factory.mktemp("demo")
     subprocess.run([program, "demo"], cwd=folder, check=True, capture_output=True)
     return folder / "footfall-demo"

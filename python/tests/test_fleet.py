@@ -1,4 +1,4 @@
-"""Trees of recordings on Ray: one row for each foot, and nothing that is done is done again."""
+"""Trees of recordings on Ray: one row for each foot, and no recording is estimated twice."""
 
 from __future__ import annotations
 
@@ -185,7 +185,7 @@ def test_second_call_does_what_is_missing_or_changed(tmp_path: Path, asked: list
 def test_interrupted_call_leaves_the_rows_of_what_is_done(tmp_path: Path, asked: list[set[str]]) -> None:
     source, out = tree(tmp_path / "logs"), tmp_path / "out"
     rows = fleet.estimate(source, out)
-    # As if the process had ended before the rows were one file, and a worker within a file.
+    # As if the process had ended before it merged the rows into one file, and a worker in the middle of a file.
     (out / fleet.NEW).mkdir()
     parquet.write_table(rows.slice(0, 3), out / fleet.NEW / "0.parquet")
     (out / fleet.NEW / "1.parquet").write_bytes((out / fleet.NEW / "0.parquet").read_bytes()[:2000])
@@ -301,7 +301,7 @@ def test_s3_is_read_and_written(
 
 @contextlib.contextmanager
 def s3_server(tmp_path: Path) -> Iterator[dict[str, str]]:
-    """A server of S3 on this machine: what fsspec is to know of it."""
+    """Runs a server of S3 on this machine. Yields the options with which fsspec finds it."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]

@@ -1,4 +1,4 @@
-"""What results hold, and what is refused."""
+"""Contents of results, and arguments that are refused."""
 
 from __future__ import annotations
 
@@ -252,7 +252,7 @@ def test_samples_of_one_read_get_times_of_their_own() -> None:
     assert first == (99.997, 99.998, 99.999, 100.0)
     for t in first:
         foot.update(*sample, t=t)
-    # Evenly after the read before, as a late read with a sensor's clock that is slow.
+    # The second read is late, as with a slow clock of the sensor. Its times are even after the previous read.
     second = foot.batch_times(100.0044, 4)
     assert second == pytest.approx((100.0011, 100.0022, 100.0033, 100.0044))
     flags = [foot.update(*sample, t=t).flags for t in second]

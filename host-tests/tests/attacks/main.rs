@@ -15,7 +15,7 @@ use foot::{
     measured, stream, walk_after,
 };
 
-/// At 100 Hz one sample is more than half of a window.
+/// At 100 Hz one sample is more than half of a window, so it could make the foot stable at once.
 #[test]
 fn a_gap_of_an_hour_is_not_followed_by_a_stable_sample() {
     for rate in [100.0, 125.0, 200.0, 1000.0] {
@@ -54,8 +54,8 @@ fn any_gait(chance: &mut Chance) -> Gait {
     }
 }
 
-/// Of 480 such gaits, 3 lost more than three tenths of a stance. One of the 3 is among the gaits of this test: it is recorded
-/// without gravity, with stances so quiet that the end of the landing counts as a slide.
+/// Measured once: of 480 such gaits, 3 lost more than three tenths of a stance. One of the 3 is among the gaits of
+/// this test. It is recorded without gravity, with stances so quiet that the end of the landing counts as a slide.
 #[test]
 fn random_gaits_are_estimated_within_ten_steps_at_every_rate() {
     let mut chance = Chance::new(1);
@@ -199,7 +199,8 @@ fn is_motion_unknown(estimate: &ContactEstimate) -> bool {
     all(&estimate.probabilities).iter().all(|p| *p == 0.0)
 }
 
-/// Of 900 such starts at all rates some take longer than ten steps, but all take less than half a minute.
+/// Measured once: of 900 such starts at all rates, some take longer than ten steps, but all take less than half a
+/// minute.
 #[test]
 fn any_learnable_start_recovers_within_half_a_minute_at_1_khz() {
     let mut chance = Chance::new(5);

@@ -1,10 +1,10 @@
-"""Bags whose messages differ in all that a bag keeps of a message, and what their copies kept, both by the libraries of
-others.
+"""Writes bags whose messages differ in everything that a bag stores about a message, and compares their copies with
+them, by third-party libraries.
 
 usage: bag_copies.py write folder | bag_copies.py compare bag copy.mcap
 
-`write` makes folder/sent.mcap and folder/offered, a bag in SQLite. `compare` fails where a message of the bag is not in the
-copy as it was, and prints the number of those that are.
+`write` makes folder/sent.mcap and folder/offered, a bag in SQLite. `compare` fails if a message of the bag is missing
+in the copy or has changed, and prints the number of messages that are equal.
 """
 
 import struct
@@ -63,7 +63,7 @@ def samples():
 
 
 def wide(text):
-    """A text as rmw_cyclonedds_cpp and others write one of type wstring: units of two bytes."""
+    """Encodes a text of type wstring as rmw_cyclonedds_cpp and others do, in units of two bytes."""
     return struct.pack("<I", len(text)) + text.encode("utf-16-le")
 
 
@@ -110,7 +110,7 @@ def offered(path):
 
 
 def stored(path):
-    """All that an MCAP file keeps of each message, but our own."""
+    """Everything that an MCAP file stores about each message, except footfall's own messages."""
     with path.open("rb") as file:
         for schema, channel, message in make_reader(file).iter_messages():
             if channel.topic.startswith("/footfall/"):

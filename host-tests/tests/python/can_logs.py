@@ -8,7 +8,7 @@ import sys
 
 import can
 
-# Each form is both the ending of the file that python-can is asked to write, and the form that it writes.
+# python-can selects the form by the extension of the file, so each name serves as both.
 FORMS = ["asc", "csv", "log", "blf", "trc"]
 
 
@@ -21,6 +21,6 @@ def copy(source, target):
 log, folder = sys.argv[1], pathlib.Path(sys.argv[2])
 for form in FORMS:
     copy(log, folder / f"python_can.{form}")
-# Conversion that an error advises for a form that is not read.
+# The conversion that footfall advises in its error about each form that it does not read.
 for form in ["asc", "csv", "blf", "trc"]:
     copy(folder / f"python_can.{form}", folder / f"from_{form}.log")

@@ -31,7 +31,7 @@ def muse(message):
     return by_foot(FEET, (message.stance_lf, message.stance_rf, message.stance_lh, message.stance_rh))
 
 
-# By topic: type, the conclusion.
+# By topic: the type, and the function that draws the consumer's conclusion.
 CONSUMERS = {
     "/footfall/stance": ("pronto_msgs/msg/QuadrupedStance", pronto),
     "/foot_contacts": ("champ_msgs/msg/ContactsStamped", lambda m: by_foot(FEET, m.contacts)),
@@ -58,7 +58,7 @@ def check_covariances(imu):
 
 
 def check_frame(message):
-    """The prefix is in the header of every message of one foot that has one."""
+    """Checks the prefix in the header of a message of one foot, if the message has a header."""
     topic = message.channel.topic
     foot = topic.split("/")[2]
     if hasattr(message.ros_msg, "header") and foot in FEET:
@@ -69,7 +69,7 @@ def main(path):
     with open(path, "rb") as file:
         summary = make_reader(file).get_summary()
     topics = {channel.topic for channel in summary.channels.values()}
-    # Not used by the consumers, and of the first half second only.
+    # These topics have no consumer here. Half a second of them is enough.
     unused = {topic for topic in topics if topic.endswith(("/velocity", "/probability", "/load"))}
     end_ns = summary.statistics.message_start_time + 500_000_000
     seen = set()

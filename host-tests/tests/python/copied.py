@@ -108,7 +108,7 @@ def main(bag, copy, table, table_of_events):
     for foot, found in contacts.items():
         assert len(found) == len(rows[foot]) == len(samples[foot]) == len(velocities[foot]), foot
         for (message, log_ns), row, variance in zip(found, rows[foot], velocities[foot]):
-            # Both are written at once.
+            # The contact and its sample are written at the same time.
             stamp = sample_of(message, by_us[foot])
             assert 0 <= log_ns - samples[foot].pop(stamp) + 500 <= 1000, foot
             assert message.p_stable == single(row["p_stable"]), foot

@@ -25,7 +25,7 @@ def main():
         elif name == "decision":
             assert found.dtype == numpy.uint8 and (found == expected).all(), name
         elif name == "t":
-            # Six decimals, in which half a microsecond is 0.1 of a bit of an f64 or less.
+            # The table has six decimals, so a time may differ by half a microsecond.
             assert found.dtype == numpy.float64 and (found - expected).abs().max() < 5e-7, name
         else:
             assert found.dtype == numpy.float32, (name, found.dtype)

@@ -20,13 +20,13 @@ from rosbags.typesys import Stores, get_typestore
 
 # The places of the feet in foot_force, and in the messages of champ.
 FEET = {"fl": (1, 0), "fr": (0, 1), "rl": (3, 2), "rr": (2, 3)}
-# Between the forces of a foot that stands and of one that does not.
+# A consumer's threshold: above the force of a foot in the air, and below the force of a standing foot.
 THRESHOLD = 50
 
 
 @functools.cache
 def names_of(kind):
-    """Names of the fields of a class of messages, or nothing of another class."""
+    """Names of the fields of a message class; None for any other class."""
     return [field.name for field in dataclasses.fields(kind)] if dataclasses.is_dataclass(kind) else None
 
 
@@ -74,7 +74,7 @@ def main(copy, scale=None):
         original = own[log_ns]
         assert equal(state, original, but=["foot_force"]), log_ns
         for foot, (place, _) in FEET.items():
-            # A contact is written before any message that is a microsecond or more after its sample.
+            # A contact is written before every message that is at least a microsecond later than its sample.
             of_foot = decisions[foot]
             while next_contact[foot] < len(of_foot) and of_foot[next_contact[foot]][0] <= log_ns - 1000:
                 next_contact[foot] += 1

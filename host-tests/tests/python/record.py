@@ -20,7 +20,7 @@ AXES = ["p_ax", "p_ay", "p_az", "p_wx", "p_wy", "p_wz"]
 
 
 def single(text):
-    """A number as a float of 32 bits; not a number where the cell is blank."""
+    """A number as a float of 32 bits; NaN if the cell is blank."""
     return struct.unpack("f", struct.pack("f", float(text)))[0] if text else math.nan
 
 

@@ -1,5 +1,5 @@
-"""Compares the IMU messages of a recording, which `footfall record file:bag` has written, with those of the bag, whose
-feet are the frames of one topic. rosbags reads the bag, mcap_ros2 the recording.
+"""Compares the IMU messages of a recording, which `footfall record file:bag` has written, with the IMU messages of
+the bag, in which the feet are frames of one topic. rosbags reads the bag, mcap_ros2 the recording.
 
 usage: recorded.py bag topic rec.mcap
 

@@ -1,4 +1,4 @@
-"""A walk in the files of others, written by their own libraries.
+"""Writes a walk in third-party file formats, each by its own library.
 
 usage: roads.py walk.csv folder
 
@@ -203,7 +203,7 @@ def alone(folder):
 
 
 def bags_of_feet(folder, walk):
-    """Two feet in one bag of each kind of container; the compressions are those of one foot."""
+    """Two feet in one bag of each kind of container, with the same compressions as the bags of one foot."""
     by_mcap_ros2(folder / "ros2_zstd.mcap", walk, CompressionType.ZSTD)
     by_mcap(folder / "records.mcap", walk.little_endian, **UNCHUNKED)
     by_mcap(folder / "big_endian.mcap", walk.big_endian, compression=CompressionType.ZSTD)
@@ -228,7 +228,7 @@ def parquets(folder, walk):
     plain = {"use_dictionary": False, "version": "2.6"}
     encodings = {name: "BYTE_STREAM_SPLIT" for name in AXES + ["t", "force"]}
     write(table, folder / "split.parquet", column_encoding=encodings, **plain)
-    # The axes are those of an f32.
+    # The axes are converted to f32.
     single = walk.astype({name: "float32" for name in AXES + ["force"]})
     single.to_parquet(folder / "single.parquet")
     stamps = START_NS + (walk["t"] * 1e6).round().astype("int64") * 1000
@@ -254,7 +254,7 @@ FRAMES = {"fl_foot": 1.0, "fr_foot": -1.0, "rl_foot": 0.5, "rr_foot": 0.25}
 
 
 def frames(folder, walk):
-    """Four feet on one topic, by their frames: the first is that of the walk."""
+    """Four feet on one topic, distinguished by their frames. The first foot has the walk."""
     for plugin in (StoragePlugin.SQLITE3, StoragePlugin.MCAP):
         with Rosbag2Writer(folder / plugin.name.lower(), version=9, storage_plugin=plugin) as writer:
             connection = writer.add_connection("/foot_imus", IMU, typestore=STORE)
@@ -270,7 +270,8 @@ LOW_STATE = "unitree_go/msg/LowState"
 FEET = "test_msgs/msg/Feet"
 JOINTS = "sensor_msgs/msg/JointState"
 
-# https://github.com/unitreerobotics/unitree_ros2; the second one is of a robot with an IMU in each foot.
+# The first definition is from https://github.com/unitreerobotics/unitree_ros2. The second one is invented, for a
+# robot with an IMU in each foot.
 DEFINITIONS = {
     LOW_STATE: """
 uint8[2] head\nuint8 level_flag\nuint8 frame_reserve\nuint32[2] sn\nuint32[2] version\nuint16 bandwidth
@@ -291,7 +292,7 @@ int8[2] bq_ntc\nint8[2] mcu_ntc\nuint16[15] cell_vol""",
 
 
 def typed(store, name, fields):
-    """A message whose other fields are zeros, and empty where they are of variable length."""
+    """A message with these fields. All other fields are zero, or empty if their length is variable."""
     def zero(kind, detail):
         if kind == 1:  # a number or a text
             return "" if detail[0] == "string" else 0
@@ -395,7 +396,7 @@ def robots(folder, walk):
 
 def others(folder, walk):
     few = walk.head(20)
-    # A server's answer in the place of a file is saved under the name of the file.
+    # If a server answers with a page instead of the file, a browser saves the page under the file's name.
     page = few.to_html(table_id="walk")
     (folder / "html.parquet").write_text(f"<!DOCTYPE html>\n<html><body>{page}</body></html>")
     numpy.save(folder / "numpy.npy", few.to_numpy())

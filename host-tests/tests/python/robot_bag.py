@@ -2,7 +2,7 @@
 
 usage: robot_bag.py walk.csv folder
 
-The left foot has the samples of the table, the right one those with x and y turned.
+The left foot has the samples of the table. The right foot has the same samples with x and y turned.
 """
 
 import sys

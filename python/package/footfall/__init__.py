@@ -1,6 +1,6 @@
 """Estimates the probability that a robot's foot is in stable contact with the ground, from the IMU on it.
 
-The estimator gives the same bits as that of the firmware and of the program ``footfall``.
+The estimator gives the same bits as the estimators of the firmware and of the program ``footfall``.
 
 >>> import footfall
 >>> walk = footfall.simulate("walk", seconds=10.0, seed=1)

@@ -108,9 +108,10 @@ def simulate_robot(
 ) -> Robot:
     """Simulates a robot of the size of a Unitree GO1: four feet with an IMU each, the base with one, and the joints.
 
-    The base walks straight ahead and sways, and the feet step to where it will be. The motion is prescribed and not the
-    result of forces: a score on a simulation does not predict the score on a robot. The same arguments give the same
-    bits on every machine. Each sensor is a specimen of its own, and has a clock of its own.
+    The base walks straight ahead and sways, and the feet step to the places that fit its future position. The
+    motion is prescribed and not the result of forces: a score on a simulation does not predict the score on a
+    robot. The same arguments give the same bits on every machine. Each sensor is a specimen of its own, and has a
+    clock of its own.
 
     Parameters
     ----------

@@ -73,8 +73,8 @@ def select(
     """Selects parameters by a figure of :func:`score` against the labels of recordings.
 
     Every combination of the grid estimates every recording. Each recording is then left out once: the parameters that
-    are the best of the others are scored on it. If the mean is much better than that of the recordings left out, the
-    parameters fit these recordings only.
+    are best on the other recordings are scored on it. If the mean is much better than the mean over the recordings
+    left out, the parameters fit these recordings only.
 
     The figures score `p_stable`, so keys that change only the decision, the state or `sigma_v` have no effect on
     them.

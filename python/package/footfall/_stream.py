@@ -159,7 +159,7 @@ class Estimator:
         Raises
         ------
         ValueError
-            They cannot be, because they are in another unit or of another full scale.
+            No foot can have these forces, because they are in another unit or of another full scale.
         """
         force = self._estimator.implausible_force()
         if force is not None:
@@ -173,7 +173,7 @@ class Estimator:
             self.check_unit()
         except ValueError as error:
             warnings.warn(str(error), RuntimeWarning, stacklevel=3)
-        # A plausible force shows the unit for good, and one warning is enough.
+        # The unit is not checked again: a plausible force shows that it is right, and one warning is enough.
         self._is_unit_checked = True
 
     def __reduce__(self) -> NoReturn:

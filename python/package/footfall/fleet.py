@@ -291,7 +291,7 @@ def _run(recordings: list[_Recording], call: _Call, memory: int | None) -> list[
         remote = {"max_retries": RETRIES} | ({} if memory is None else {"memory": memory})
         work = functools.partial(_work, call=call)
         with warnings.catch_warnings():
-            # pyproject.toml has the last version of Ray that takes arguments of tasks here.
+            # Ray deprecates arguments of tasks here. pyproject.toml allows no version without them.
             warnings.simplefilter("ignore", DeprecationWarning)
             rows = dataset.map_batches(work, batch_size=None, batch_format="pyarrow", **remote)
         rows.write_parquet(f"{call.root}/{NEW}", filesystem=call.fs, ray_remote_args=remote)
@@ -409,7 +409,7 @@ def _read(fs: Any, path: str) -> pyarrow.Table:
 
 
 def _read_new(fs: Any, root: str) -> pyarrow.Table:
-    """The rows that workers have written since the last call that ended, each once."""
+    """The rows that workers have written since the last completed call, without duplicates."""
     table = _read(fs, f"{root}/{NEW}")
     feet = zip(table["recording"].to_pylist(), table["foot"].to_pylist())
     places = {foot: place for place, foot in enumerate(feet)}.values()
