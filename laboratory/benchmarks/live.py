@@ -1,4 +1,4 @@
-"""Measures what `footfall ros2` adds between a sample on a topic and its contact, and writes the result that
+"""Measures the time that `footfall ros2` adds between a sample on a topic and its contact, and writes the result that
 docs/guide/own-imus.md shows.
 
     cargo build --release --features ros2 --bin footfall

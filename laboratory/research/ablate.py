@@ -5,8 +5,8 @@ committed files are copied to `target/ablation`, one expression is replaced, and
 switch is part of the estimate.
 
 For each part: the change of the RMSE without it, as recorded and at 1 kHz, on seven sets, on real robots, and on two
-groups of feet that no constant was chosen on. A positive number is what the part gains. With `--tests` also the tests of
-behaviour that fail without it, which takes minutes for each part.
+groups of feet that no constant was chosen on. A positive number is the gain of the part. With `--tests` also the tests
+of behaviour that fail without it, which takes minutes for each part.
 """
 
 from __future__ import annotations
@@ -150,7 +150,7 @@ def score() -> dict[str, float]:
 
 
 def copy() -> None:
-    """Copies the committed files, and keeps what was built there before."""
+    """Copies the committed files, and keeps the results of earlier builds."""
     COPY.mkdir(parents=True, exist_ok=True)
     archive = subprocess.run(["git", "archive", "HEAD"], cwd=ROOT, check=True, stdout=subprocess.PIPE).stdout
     subprocess.run(["tar", "--extract", "--directory", str(COPY)], input=archive, check=True)

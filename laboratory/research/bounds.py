@@ -24,8 +24,8 @@ RMSE = {
     AUTHORS: {"ground": (0.2440, 5e-5), "3 steps": (0.2438, 5e-5), "slip": (0.3538, 5e-5)},
     # The formula in double precision, on whole files.
     PAPER: {"ground": (0.2493, 5e-4), "3 steps": (0.2566, 5e-4), "slip": (0.3472, 5e-4)},
-    # Computed independently, in double precision. Thresholds there gave the best F1 on ground, so the RMSE of tuned
-    # detectors may differ a little more.
+    # Computed by an independent program in double precision. Its thresholds gave the best F1 on ground, so the RMSE
+    # of tuned detectors may differ a little more.
     SHOE: {
         "ground": (0.408, 6e-4),
         "3 steps": (0.415, 6e-4),
@@ -60,7 +60,7 @@ def _of_methods(evaluation: Evaluation) -> Iterator[Bound]:
             figures = evaluation.pooled(method, [name])
             value = np.nan if figures is None else figures.rmse
             yield f"RMSE of {method} on {name}", value, expected - distance, expected + distance
-    # ATLAS has no noise and slides slower than any foot with a sensor can show.
+    # The simulated ATLAS has no noise, and some of its slides are too slow for any real sensor.
     for pool, most, most_of_bin in (("ATLAS", 0.14, 0.45), ("LCD", 0.095, 0.45)):
         of = Answers.together(evaluation.answers(DEFAULT, POOLS[pool]) or [])
         probability, stable, samples = bins(of.label, of.p)

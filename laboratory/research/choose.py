@@ -1,4 +1,4 @@
-"""Searches the constants of the default estimate, without each robot in turn.
+"""Searches the constants of the default estimate, leaving out each robot in turn.
 
 `python -m research.choose [robot …]`, in the folder `laboratory`, writes `results/without-robot.json`: the RMSE of
 each robot with constants that were chosen on all others, and the scores of such constants on the sets of the means.

@@ -2,8 +2,8 @@
 
 With --check, compares them.
 
-`python -m research.evaluate [--check]`, in the folder `laboratory`. A figure beyond its bound is an error in both
-cases.
+`python -m research.evaluate [--check]`, in the folder `laboratory`. A figure beyond its bound is an error with and
+without --check.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """What is compared: each method's answers on each recording.
 
-Nothing that is scored has seen a label of its own recording.
+No method has seen a label of the recording on which it is scored.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ START_SAMPLES = 20
 """Number of initial samples at rest that determine the vertical and g."""
 
 YES = 0.01
-"""Standard deviation of the velocity where a detector says yes, m/s."""
+"""Standard deviation of the velocity where a detector reports zero velocity, m/s."""
 
 NO_MEASUREMENT = 1e6
 """Standard deviation so large that the measurement changes nothing, m/s."""

@@ -1,4 +1,5 @@
-"""Methods of others: detectors that compare a statistic with a threshold, fuzzy c-means, and the authors' script.
+"""Methods by other authors: detectors that compare a statistic with a threshold, fuzzy c-means, and the script of the
+paper.
 
 A statistic is small if the foot rests. It is computed over a trailing window on the acceleration as recorded, which
 may contain gravity; AMVD and MBGTD do not distinguish the two cases. A score is a statistic with the opposite sign,

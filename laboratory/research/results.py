@@ -58,7 +58,7 @@ class Result:
 
 
 def write(results: Iterable[Result]) -> None:
-    """Writes the files of results that differ from what is stored, and shows them in the documents."""
+    """Writes the files of results that have changed, and shows the results in the documents."""
     commit = _output("git", "rev-parse", "--short=8", "HEAD")
     if _output("git", "status", "--porcelain", "--", ".", ":!laboratory/results", ":!*.md", ":!*.svg"):
         commit += " and changes"

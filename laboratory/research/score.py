@@ -26,7 +26,7 @@ class Answers:
 
     @classmethod
     def of(cls, label: npt.NDArray[np.int8], p: Array, ranking: Array | None = None) -> Answers:
-        """Leaves out samples without a label, and those at the end without an answer."""
+        """Leaves out samples without a label, and samples at the end without an answer."""
         known = np.flatnonzero(label[: len(p)] >= 0)
         return cls(label[known], p[known], (p if ranking is None else ranking)[known])
 
@@ -70,7 +70,8 @@ class Figures:
 
 
 def bins(label: npt.NDArray[np.int8], p: Array) -> tuple[Array, Array, npt.NDArray[np.int64]]:
-    """Mean probability, share of stable samples, and number of samples in each bin of equal width that has any."""
+    """Mean probability, share of stable samples, and number of samples in each bin. Bins have equal widths, and empty
+    bins are left out."""
     place = np.minimum((p * BINS).astype(np.int64), BINS - 1)
     samples = np.bincount(place, minlength=BINS)
     filled = samples > 0
@@ -79,7 +80,8 @@ def bins(label: npt.NDArray[np.int8], p: Array) -> tuple[Array, Array, npt.NDArr
 
 
 def shares(of: Answers) -> dict[str, list[float | None]]:
-    """Share of stable samples in each of ten ranges of P, none where there are no samples, and share of all samples."""
+    """For each of ten ranges of P: the share of its samples that are stable, None if it has no samples, and its share
+    of all samples."""
     place = np.minimum((of.p * BINS).astype(np.int64), BINS - 1)
     samples, stable = np.bincount(place, minlength=BINS), np.bincount(place, of.label, minlength=BINS)
     return {

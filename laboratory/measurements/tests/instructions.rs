@@ -80,7 +80,7 @@ fn bench() -> PathBuf {
     let output = Command::new(env!("CARGO"))
         .args(["bench", "--locked", "--package", "footfall-estimator"])
         .args(["--bench", "estimator", "--no-run", "--message-format=json"])
-        // Its own directory: a build for release in the other one would keep it waiting for minutes.
+        // The bench has a target folder of its own. In the usual one it would wait for minutes for another build.
         .env("CARGO_TARGET_DIR", workspace().join("target/benches"))
         .current_dir(workspace())
         .output()

@@ -1,4 +1,5 @@
-//! The program of the Nano RP2040, as its UF2 file, in an emulator of the chip by others: see `laboratory/nano/README.md`.
+//! The program of the Nano RP2040, as its UF2 file, in a third-party emulator of the chip: see
+//! `laboratory/nano/README.md`.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -239,7 +240,7 @@ fn soft_floats_have_the_bits_of_the_processor() {
         match number % 4 {
             // Exponents that are near.
             0 => check(a, b & !EXPONENT | a.wrapping_add((b >> 27) << 23) & EXPONENT),
-            // Differences of which little is left.
+            // Differences of nearly equal numbers, of which few bits are left.
             1 => check(a, a ^ 1 << 31 ^ b & 0xFF),
             // Products near one, which may also be subnormal.
             2 => check(
@@ -334,7 +335,7 @@ fn nano_survives_its_sensor_its_line_and_a_deaf_host() {
         let folder = TempDir::new().expect("a folder");
         let run = board(&folder, 9, &[&["--motion", "stand"], options].concat());
         assert_eq!(run.summary["resets"], Json::Array(vec![]), "{option}");
-        // Stable before, and again; without a sensor not for longer than three ticks.
+        // The foot is stable before the fault and after it. Without a sensor it is stable for three ticks at most.
         assert!(run.last_stable_before(4.0) > 3.9, "{option}");
         assert!(run.last_stable_before(9.0) > 8.8, "{option}");
         if let Some(fault) = fault {
@@ -354,7 +355,7 @@ fn nano_takes_defaults_when_its_settings_are_damaged() {
     let flash = folder.path().join("flash");
     let mut bytes = fs::read(&flash).expect("the flash");
     let start = bytes.len() - 2 * 4096;
-    // Inside of the record, behind the page's mark and the item's header.
+    // A bit in the record of settings, behind the mark of the page and the header of the item.
     bytes[start + 64] ^= 0x08;
     fs::write(&flash, bytes).expect("the flash");
     let run = board(&folder, 2, &[]);
@@ -456,11 +457,12 @@ fn nano_starts_its_loader_at_the_second_of_two_presses() {
         let options = presses.iter().flat_map(|at| ["--press-at-ms", at]);
         board(&folder, 2, &options.collect::<Vec<_>>()).is_in_loader()
     };
-    // As fast as a hand can, and slowly; in the first of these the program is not even in RAM.
+    // Two presses start the loader, as fast as a hand can press or slowly. At the first press the program is not even
+    // in RAM.
     assert!(presses(&["300", "400"]));
     assert!(presses(&["300", "700"]));
     assert!(presses(&["1000", "1500"]));
-    // No bounce of the contact, no late press and no single press.
+    // A bounce of the contact, a late second press and a single press do not start the loader.
     assert!(!presses(&["300", "303"]));
     assert!(!presses(&["300", "1400"]));
     assert!(!presses(&["50"]));
@@ -469,7 +471,7 @@ fn nano_starts_its_loader_at_the_second_of_two_presses() {
 #[test]
 #[ignore = "full: an emulator of the chip"]
 fn nano_stays_out_of_its_loader_at_resets_of_others() {
-    // The second reset is the watchdog's, and the third a press, alone.
+    // The second reset is by the watchdog, and the third by a single press.
     let folder = TempDir::new().expect("a folder");
     let options = ["--press-at-ms", "300", "--crash-at-ms", "700", "--press-at-ms", "750"];
     let run = board(&folder, 2, &options);
@@ -622,8 +624,8 @@ fn robot<'a>(program: &'a Path, folder: &'a Path, sources: &'a [String]) -> OneR
     OneRobot { program, folder, sources, rate: f64::from(1.0 / TICK_S) }
 }
 
-/// Out of the parcel: an earlier program's filesystem is in the flash, the ROM's loader has left its marks, and all boards
-/// say that they are FL.
+/// Boards as delivered: the flash contains the file system of an earlier program, the ROM's loader has left its
+/// marks, and all boards have the name FL.
 #[test]
 #[ignore = "full: four emulators of the chip"]
 fn four_nanos_on_a_hub_walk_as_one_robot() {
@@ -647,7 +649,7 @@ fn four_nanos_on_a_hub_walk_as_one_robot() {
     for foot in FEET {
         let board = &report["boards"][foot];
         assert_eq!(board["warnings"], Json::Array(vec![]), "{foot}");
-        // Its port has gone away for its own resets only, not because it took the controller for hung.
+        // The port has gone away only for the board's own resets. The board has never reset a controller as hung.
         let resets = board["resets"].as_array().expect("resets").len() as u64;
         assert_eq!(board["enumerated"], 1 + resets, "{foot}");
     }

@@ -491,7 +491,8 @@ fn instructions_of_other_recordings_are_within_the_bound() {
     }
 }
 
-/// Stack of `init`, `update` and `learnt` over two walks, bytes: those below the caller's that a call has changed.
+/// Stack of `init`, `update` and `learnt` over two walks, bytes: the words below the caller's stack that a call has
+/// changed.
 fn stack(processor: &Processor) -> [u32; 3] {
     let temporary = tempfile::tempdir().expect("a temporary directory");
     let painter = folder().join("examples/board/paint.c");

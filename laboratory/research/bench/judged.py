@@ -48,7 +48,7 @@ FIRST = ("trot", "walk")
 
 
 def judge_motions(of: tuple[str, list[str]]) -> list[dict[str, Judgement]]:
-    """Answers of all methods on all feet of the robot of this name in motions, at all rates."""
+    """Answers of all methods on all feet of the robot with this name, in these motions and at all rates."""
     name, motions = of
     # The robot is looked up by its name, because a robot from another process would be a copy.
     robot = next(one for one in (*QUADRUPEDS, HUMANOID) if one.name == name)
@@ -143,7 +143,7 @@ class Counts:
 
 
 def figures(of: Sequence[Judgement]) -> dict[str, Any]:
-    """Of the feet of sets; each set weighs the same in the RMSE, AUC, calibration and F1."""
+    """Figures over all feet of some sets. In the RMSE, AUC, calibration and F1, each set has the same weight."""
     by_set: dict[tuple[str, str], list[Judgement]] = {}
     counts, stances = Counts(), Stances()
     for one in of:

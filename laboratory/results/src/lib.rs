@@ -23,9 +23,9 @@
 //!    the text between them.
 //! 3. `FOOTFALL_UPDATE=1` in the environment of the test writes the file and the block.
 //!
-//! [`Measurement::assert_current`] is for tests of the default run, whose figures are compared on every program;
-//! [`Measurement::assert_reproduced`] for tests that take longer, whose result may be of an older program until they run
-//! again.
+//! Use [`Measurement::assert_current`] in tests of the default run, whose figures are compared on every program. Use
+//! [`Measurement::assert_reproduced`] in tests that take longer, whose result may belong to an older program until they
+//! run again.
 
 pub mod tables;
 

@@ -18,7 +18,7 @@ pub struct Block {
     pub text: String,
 }
 
-/// Document of this block, its name, the result that it shows, and its content.
+/// A block: its document, its name, the result that it shows, and its content.
 type Template = (&'static str, &'static str, &'static str, fn(&Stored) -> Result<String>);
 
 const README: &str = "README.md";
@@ -85,7 +85,7 @@ pub fn blocks() -> Result<Vec<Block>> {
     let blocks = TEMPLATES.iter().map(|&(page, name, result, render)| {
         let result = Stored::read(result)?;
         let mut text = render(&result)?;
-        // The first screen links to the evaluation, which names the commit, and so do sentences.
+        // Sentences and the first screen do not name the commit. They link to the evaluation, which does.
         if page != README && !matches!((page, name), (_, "meaning") | (LIMITS, "false-slips")) {
             // A line after a table needs a blank line before it. Otherwise it would be a row.
             text += &format!("\n{}\n", origin(&result, page)?);
@@ -312,7 +312,7 @@ fn named<'a>(result: &'a Stored, key: &str, name: &str) -> Result<Figures<'a>> {
     row.with_context(|| format!("{}: no row whose {key} is {name}", result.name))
 }
 
-/// RMSE of a method on the bench at 1 kHz: the mean over all sets, of which each has the same weight.
+/// RMSE of a method on the bench at 1 kHz: the mean over all sets, each with the same weight.
 fn mean_on_bench(rows: &[Figures]) -> Result<String> {
     let (mut sum, mut sets) = (0.0, 0.0);
     for row in rows {

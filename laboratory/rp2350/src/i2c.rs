@@ -194,12 +194,12 @@ impl Controller {
             Transfer::Reading => is_read,
         } && command & RESTART == 0;
         let bits = 9 + if continues { 0 } else { 10 } + u32::from(command & STOP != 0);
-        // The counts, and the cycles that the controller adds to each level (12.2.14.1).
+        // A period has both counts, and the cycles that the controller adds to each level (12.2.14.1).
         let period = self.register(IC_FS_SCL_HCNT) + self.register(IC_FS_SCL_LCNT) + 8;
         self.until = Some(now + u64::from(bits * period));
     }
 
-    /// Does what has ended by now.
+    /// Completes the commands that have ended by now.
     pub fn advance(&mut self, now: u64) {
         while let Some(end) = self.until.filter(|end| *end <= now) {
             self.until = None;

@@ -29,7 +29,7 @@ impl Monitor {
         let second = bus.read16(pc + 2, 0);
         let is_load = first & 0x10 != 0;
         let mut address = core.regs.r[usize::from(first & 0xF)];
-        // The register for the success of a store is in bits 8 to 11 of a word's, else in bits 0 to 3.
+        // The register for the success of a store is in bits 8 to 11 if a word is stored, else in bits 0 to 3.
         let (is_exclusive, size, result) = match (first & 0x80, (second >> 4) & 0xFF) {
             (0, _) => {
                 address += 4 * u32::from(second & 0xFF);
@@ -71,8 +71,8 @@ impl Monitor {
     }
 }
 
-/// The halfwords of one or two instructions that the emulator executes as the processor would this one; `None` if it knows
-/// this one.
+/// Returns the halfwords of one or two instructions with which the emulator has the effect of this instruction.
+/// `None` if the emulator executes this instruction itself.
 pub fn as_known(first: u16, second: u16) -> Option<([u16; 2], Option<[u16; 2]>)> {
     match (first & 0xFE00, second & 0x0F00) {
         (0xEC00, 0x0B00) => Some(as_singles(first, second)),

@@ -31,7 +31,7 @@ const BOOTRAM: u32 = 0x400E_0000;
 const I2C1: u32 = 0x4009_8000;
 const I2C1_IRQ: u32 = 37;
 
-/// Registers of the ticks, of which every third is the number of cycles of a tick.
+/// Registers of the ticks. Every third register is the number of cycles of a tick.
 const TICKS: u32 = 0x4010_8000;
 
 /// Clock of the crystal, from which ticks come. The emulator counts cycles of the core instead.

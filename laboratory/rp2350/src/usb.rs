@@ -19,7 +19,7 @@ const CONTROLLER_EN: u32 = 1;
 const PHY_ISO: u32 = 1 << 2;
 const PULLUP_EN: u32 = 1 << 16;
 
-// Of the status, and of the interrupts.
+// Bits of the status, and of the interrupts.
 const CONNECTED: u32 = 1 << 16;
 const SETUP_REC: u32 = 1 << 17;
 const STATUS_BUS_RESET: u32 = 1 << 19;
@@ -28,7 +28,7 @@ const INT_BUS_RESET: u32 = 1 << 12;
 const INT_SETUP_REQ: u32 = 1 << 16;
 const INT_DEV_SOF: u32 = 1 << 17;
 
-// Of a buffer control word, and the first of them.
+// Bits of a buffer control word, and the address of the first word.
 const LENGTH: u32 = 0x3FF;
 const AVAILABLE: u32 = 1 << 10;
 const STALL: u32 = 1 << 11;
@@ -224,7 +224,7 @@ impl Usb {
         }
     }
 
-    /// Does what is due.
+    /// Performs the actions that are due.
     pub fn advance(&mut self, now: u64) {
         while let Some(Reverse((time, event))) =
             self.events.peek().copied().filter(|Reverse((time, _))| *time <= now)

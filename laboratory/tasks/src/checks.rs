@@ -71,7 +71,7 @@ pub fn gate() -> Result<()> {
     results::print_older()?;
 
     clock.heading("lints");
-    // With the packages of bags and of Python, which the tests leave out.
+    // These lints cover the packages of bags and of Python as well, which the tests leave out.
     Step::cargo(&["clippy", "--locked", "--all-targets"])
         .with(["--workspace", "--exclude", "foot-stm32f405"])
         .with(DENY)
@@ -121,7 +121,7 @@ pub fn gate() -> Result<()> {
 }
 
 /// Tests of the product that take longer, or read the output of third-party programs, and tests of the laboratory. The
-/// tests have built the first ones' dependencies.
+/// tests that ran before have built the dependencies of the first ones.
 fn more_tests() -> Result<()> {
     install::for_gate()?;
     firmware::build_all()?;
@@ -267,9 +267,9 @@ pub fn part(name: &str) -> Result<()> {
 /// Target folder of builds with all features.
 const FULL_TARGET: [&str; 2] = ["--target-dir", "target/full"];
 
-/// Lints the program without a feature and with each alone, the formats for a log on the target, and the programs of the
-/// boards with UF2 files. Lints, documents and tests everything with all features, which the gate leaves out: their
-/// dependencies take minutes to compile.
+/// Lints the program without a feature and with each feature alone, the formats for a log on the target, and the
+/// programs of the boards with UF2 files. Then lints, documents and tests everything with all features. The gate leaves
+/// all of it out, because the dependencies take minutes to compile.
 fn features() -> Result<()> {
     Step::cargo(&["clippy", "--locked", "--all-targets"])
         .with(PACKAGES)
@@ -326,8 +326,8 @@ fn hosts() -> Result<()> {
         .run()
 }
 
-/// Long tests of the laboratory: of the virtual board, with a program that has all features because recordings are bags, of
-/// the measurements, among them instructions, processors and the Nano's emulator, and of the RP2350's emulator.
+/// Long tests of the laboratory: of the virtual board, of the measurements (among them instructions, processors and the
+/// Nano's emulator), and of the RP2350's emulator. Recordings are bags, so the tests use a program with all features.
 fn boards() -> Result<()> {
     firmware::build_all()?;
     Step::cargo(&["build", "--locked", "--package", "footfall-program", "--features", "all"])

@@ -12,7 +12,7 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// Opens the environment of this name, which is made where it is missing.
+    /// Opens the environment of this name. Creates it if it does not exist.
     ///
     /// # Errors
     /// The environment cannot be made.

@@ -81,7 +81,7 @@ const PIECES: [Piece; 8] = [
     ("UF2", boot_uf2),
 ];
 
-/// Folder of a release, and an empty folder for what is installed.
+/// Folder of a release, and an empty folder into which the pieces are installed.
 struct Release {
     dist: PathBuf,
     empty: PathBuf,

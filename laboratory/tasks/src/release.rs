@@ -225,7 +225,7 @@ fn install_tools() -> Result<PathBuf> {
     Ok(programs)
 }
 
-/// Optimises the program itself, too, which whoever builds it to try it does not wait for.
+/// Optimises the program itself as well. A user who builds it only to try it does not wait for that.
 const OPTIMISED: [&str; 2] = ["--config", "profile.release.package.footfall-program.opt-level=2"];
 
 /// Builds the program with all features, packs it, and checks that it needs no shared library.

@@ -145,7 +145,7 @@ fn typed() -> Receiver<String> {
     lines
 }
 
-/// Prints how long the run took, and what was lost.
+/// Prints the duration of the run, and the losses.
 fn print(summary: &ServeSummary) {
     let seconds = summary.ms as f64 * 1e-3;
     let took = summary.took.as_secs_f64();

@@ -242,7 +242,7 @@ fn request_floods_delay_an_estimate_by_three_frames_at_most() {
     let times: Vec<u64> =
         sent.iter().filter(|sent| sent.frame.id == ESTIMATE).map(|sent| sent.time).collect();
     assert!(times.len() >= 299, "{} estimates in 300 ms", times.len());
-    // The frame on the bus, a SYNC, and its own: at most 135 bits each.
+    // An estimate may wait for the frame on the bus and for a SYNC, and then takes its own time: at most 135 bits each.
     let longest = times.windows(2).map(|pair| pair[1] - pair[0]).max();
     let longest = time::to_us(longest.expect("estimates"));
     println!("{answers} answers; at most {longest:.0} µs from an estimate to the next");

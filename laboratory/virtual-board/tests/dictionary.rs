@@ -167,7 +167,7 @@ fn boundary_values_of_all_entries_are_answered_in_every_state() {
     rig.pre_operational();
     let (pre_operational, accepted) = walk(&mut rig, true);
     println!("{operational} and {pre_operational} requests, {accepted} settings");
-    // Of each setting the default, and of most another value.
+    // Each setting accepts its default, and most settings another value as well.
     assert!(accepted > 2 * dictionary::settings().count(), "{accepted}");
     rig.nmt(STOP);
     rig.run(5);

@@ -165,7 +165,7 @@ fn change_of_rate_cuts_no_byte() {
     assert_eq!((rig.resets(), rig.damaged), (vec![], 0));
 }
 
-/// A stored rate applies after a reset of the communication. At a slow one contacts are as fresh.
+/// A stored rate applies after a reset of the communication. At a slow rate contacts are still fresh.
 #[test]
 fn contacts_are_fresh_and_requests_answered_at_a_slow_rate() {
     const RATE: u32 = 115_200;

@@ -267,7 +267,7 @@ fn three_watchdog_resets_in_a_row_start_with_defaults() {
     assert!(contacts > 300, "{contacts} contacts");
     assert_eq!(scale(&mut rig), 1.0);
     assert!(pages(&mut rig) == stored, "the settings have changed");
-    // It worked since: the next reset by the watchdog is the first of its row.
+    // The board has worked since the last reset by the watchdog, so the next one is the first of a new row.
     rig.inject(Injection::Hang);
     rig.run(1_500);
     assert_eq!(rig.resets().len(), 4);

@@ -90,7 +90,7 @@ fn the_brown_out_level_is_raised_on_request() {
     rig.pre_operational();
     for time in 0..2 {
         assert_eq!(set(&mut rig)[0], WRITTEN, "time {time}");
-        // It lasts as long as an erase.
+        // Programming the option bytes takes as long as an erase, so ticks may be late.
         let late = |code: &u16| *code == Fault::LateTick.code();
         rig.run(100);
         assert!(rig.emergencies().iter().all(late), "time {time}");

@@ -65,7 +65,8 @@ fn burst(transaction: &Transaction) -> Option<Burst> {
 /// Number of messages after which the board's clock is determined.
 const FOR_CLOCK: usize = 1000;
 
-/// Number of the newest of these messages that determine it. Earlier ones may have waited while the board started.
+/// Number of messages, the newest of the [`FOR_CLOCK`], that determine the clock. Earlier ones may have waited while
+/// the board started.
 const ASKED: usize = 200;
 
 /// Maximum number of messages ahead of the recorded bus and serial line.

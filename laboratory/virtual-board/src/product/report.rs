@@ -238,7 +238,7 @@ pub fn run(board: &mut Board, run: &RunOptions) -> Result<Value, Box<dyn core::e
             idle = (log.last_estimate + MILLISECOND / 2) % MILLISECOND;
             board.profile_functions();
         }
-        // Of two events in a millisecond the earlier comes first.
+        // If two events are due in a millisecond, the earlier one comes first.
         let asked = start + ms / ROUND_MS % PHASES * MILLISECOND / PHASES;
         if asked < start + idle {
             board.run_until(asked)?;

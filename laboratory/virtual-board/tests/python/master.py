@@ -13,9 +13,9 @@ import canopen
 FOOT = 0x11
 MOVED = 0x22
 
-# Limit of one response: it ends a hang, and says nothing about the foot.
+# Timeout of one response, s. It only ends a hang, and is no requirement on the foot.
 ANSWER_LIMIT_S = 120.0
-# A script that takes longer hangs, and ends with the place where it does.
+# Time after which the script counts as hung, s. It then ends, and prints the line at which it hangs.
 HANGS_S = 600.0
 
 NOT_BY_STATE = 0x08000022
@@ -79,7 +79,7 @@ def finds_the_node(network, eds):
     assert answered.get(timeout=ANSWER_LIMIT_S)
     node = canopen.RemoteNode(FOOT, eds)
     network.add_node(node)
-    # Requests are answered in order: another node would have answered the search before this.
+    # Nodes answer in order, so another node would have answered the search before this request is answered.
     assert node.sdo["Identity object"]["Serial number"].raw != 0
     assert network.scanner.nodes == [FOOT], network.scanner.nodes
     return node
@@ -95,7 +95,7 @@ def reads_objects(node):
     assert "LSM6DSOX" in node.sdo["Manufacturer hardware version"].raw
     assert node.sdo["Window"].raw == 50_000
     assert abs(node.sdo["Decision"]["Threshold"].raw - 0.5) < 1e-9
-    # Everything that the EDS says can be read, can be read.
+    # Every object that can be read according to the EDS is read.
     count = 0
     for index in node.object_dictionary:
         entry = node.object_dictionary[index]
@@ -207,7 +207,7 @@ def resets_communication(node, rebooted=None):
 
 
 def sees_emergencies(network, node):
-    # A load of two bytes instead of four, and then a whole one.
+    # Sends a load of two bytes instead of four, and then a complete one.
     emergencies = Received(node.emcy.add_callback)
     network.send_message(0x200 + FOOT, b"\1\2")
     emergency = emergencies.next()
@@ -218,7 +218,7 @@ def sees_emergencies(network, node):
     network.send_message(0x200 + FOOT, struct.pack("<f", 120.0))
     emergency = emergencies.next()
     assert (emergency.code, emergency.register) == (0, 0), emergency
-    # The foot believes a load for 0.1 s. A busy host may ask later than that, so it sends again.
+    # A load is valid for 0.1 s. A busy host may read it later, so the host sends it again.
     while node.sdo["Load"].raw != 120.0:
         network.send_message(0x200 + FOOT, struct.pack("<f", 120.0))
 

@@ -1,10 +1,10 @@
-"""python-canopen replaces the program of a foot, in the orders of two masters that know nothing of footfall.
+"""python-canopen replaces the program of a foot, with the sequences of two masters that are not made for footfall.
 
 Zephyr's `canopen_program.py` sends each request once, and clears as soon as the stop is answered. Lely's master
 (`co_nmt_boot`) asks for the state first, compares the program's number before it starts it, and polls afterwards.
-Neither could be had as a package: both orders are written here from their sources.
+Neither exists as a package, so both sequences are written here from their sources.
 
-Then the bootloader is updated over its serial line, as the adapter that it is there.
+Then the foot is updated over its serial line, on which the bootloader acts as an adapter.
 
 The foot is in lock step: timeouts are in its time.
 

@@ -1,5 +1,5 @@
-//! Acceptance of a board whose person is this test: it follows the text, or the foot has a fault. The person has a line of
-//! the boards open, too, and reads in steps of their time: a reaction takes no other time.
+//! Acceptance of a board. The test acts as the person, who follows the text while the foot is sound or has a fault. The
+//! person also has a line of the boards open, and reads it in steps of their time, so a reaction takes no other time.
 
 use std::fs::{self, File};
 use std::process::{Command, Stdio};

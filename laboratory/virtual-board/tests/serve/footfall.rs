@@ -217,14 +217,14 @@ fn a_suspended_program_counts_all_it_has_lost() {
     let missing = number(&words, " frames are missing, by their numbers");
     assert!(missing > 1000, "{words}");
     let made_s = (contacts + missing) as f64 * 1.0e-3;
-    // Of the last second, some may have waited for the program.
+    // Some contacts of the last second may have waited for the program.
     assert!(
         (ended_s - began_s - 1.0..after_s - before_s).contains(&made_s),
         "{contacts}, {missing} from {began_s} to {ended_s} s"
     );
 }
 
-/// An order that changes nothing for a foot that stands, and whose report has the time of the boards.
+/// An order without effect on a standing foot. Its report has the time of the boards.
 const ANY_ORDER: &str = "FL: gait stand";
 
 /// Waits for a time of the boards that run in real time, s.

@@ -118,7 +118,7 @@ impl Server {
         let pid = Pid::from_child(&child);
         thread::spawn(move || {
             if is_alive.recv_timeout(LIFETIME) == Err(RecvTimeoutError::Timeout) {
-                // It may just have ended.
+                // An error is ignored, because the server may just have ended.
                 let _ = kill_process(pid, Signal::KILL);
             }
         });

@@ -42,7 +42,7 @@ fn a_walking_board_keeps_its_learnt_values_over_a_reset() {
     };
     let before = kept(&server);
     assert_ne!(before, 0.0);
-    // The displayed values are the kept ones, although the foot has learnt more since.
+    // The displayed values are the stored ones, although the foot has learnt more since then.
     let stored = server.foot(&serial, &["get", "--json"]);
     let stored: Json = serde_json::from_str(&stored).expect("JSON");
     for (name, shown) in learnt["learnt"].as_object().expect("numbers") {

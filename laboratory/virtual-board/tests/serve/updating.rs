@@ -89,7 +89,7 @@ fn footfall_updates_a_foot_over_its_serial_line() {
     let info = server.foot(&serial, &["info"]);
     let programs = format!("\nprevious program {number:08X}, kept\n");
     assert!(info.contains("version  0.1.9") && info.contains(&programs), "{info}");
-    // It is said where a foot does not stream.
+    // The state is printed only if a foot does not stream.
     assert!(!info.contains("state "), "{info}");
     server.end();
 }
@@ -129,7 +129,7 @@ fn footfall_updates_all_feet_of_a_bus() {
     let [first, second] = lines[..] else {
         panic!("{updated}");
     };
-    // The program that a probe has written has the number of its commit where no source was changed.
+    // A program written by a probe has the number of its commit, if no source was changed.
     assert!(first.starts_with("node 21: 0.1.0"), "{updated}");
     assert!(first.ends_with(&after), "{updated}");
     assert_eq!(second, format!("node 22: no program{after}"));

@@ -43,7 +43,7 @@ fn lss_during_a_transfer_disturbs_neither() {
         [0x51, 0, 0, 0, 0, 0x80, 0, 0],
         [0x04, 1, 0, 0, 0, 0, 0, 0],
         [0x5E, 0, 0, 0, 0, 0, 0, 0],
-        // Another id for this foot, which has one already; another bit rate; and a store of them.
+        // Requests that set another id for this foot, which has one already, set another bit rate, and store both.
         [0x11, 0x22, 0, 0, 0, 0, 0, 0],
         [0x13, 0, 3, 0, 0, 0, 0, 0],
         [0x17, 0, 0, 0, 0, 0, 0, 0],

@@ -15,7 +15,7 @@ use crate::common::product;
 /// Records of an update: install, kept, started, confirmed.
 const UPDATE: [u32; 4] = [1, 6, 2, 3];
 
-/// Records in use: an erase is due, and the last update is complete.
+/// Number of records in use. With it an erase is due, and the last update is complete.
 const RECORDS: u32 = JOURNAL_SIZE / 8 - 8;
 
 /// Fills the journal with updates.
@@ -27,13 +27,14 @@ fn fill(master: &mut Master) {
     }
 }
 
-/// The board has no program to return to but the one that is confirmed.
+/// The confirmed program is the only one to which the board can return.
 #[test]
 #[ignore = "full: power cuts in the renewal of the journal"]
 fn confirmed_program_survives_a_cut_in_the_journals_erase() {
     let elf = product();
     let hangs = image_beginning_with(&elf, &BRANCH_TO_ITSELF);
-    // The mark, each word in use, and then the erase; and early in that.
+    // The mark and each word in use are written before the erase. One cut is early in these writes, the other at
+    // their end.
     for operation in [3, 2 + 2 * u64::from(RECORDS)] {
         let mut master = Master::with(Wiring::reference(), None, |_| ());
         master.boot_up(1_000);
@@ -55,8 +56,8 @@ fn confirmed_program_survives_a_cut_in_the_journals_erase() {
     }
 }
 
-/// A confirmation programs five words: those of the record before it, once more; the first of the record behind that,
-/// which could be the remains of an interrupted one; and its own two.
+/// A confirmation programs five words. It writes the previous record again (two words), the first word of the next
+/// record, which could be the remains of an interrupted one, and its own two.
 #[test]
 #[ignore = "full: power cuts in each word of a confirmation"]
 fn update_goes_on_after_a_cut_in_each_word_of_its_confirmation() {

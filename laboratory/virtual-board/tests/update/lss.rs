@@ -84,7 +84,7 @@ fn configure(master: &mut Master) {
     master.boot_up(20);
 }
 
-/// Foot of a board that has stored that LSS gives it its id, and whose program has then been lost.
+/// Foot whose board has stored that it gets its id by LSS, and has then lost its program.
 fn dead_foot(wiring: &'static Wiring, corner: Corner, elf: &[u8]) -> Master {
     let mut master = Master::with(wiring, Some(elf), |options| options.set_corner(corner));
     master.run(500);
@@ -120,7 +120,7 @@ fn dead_foot_without_a_node_id_is_found_and_updated() {
             assert_eq!(master.number_at(index::IDENTITY, 4), identity[3]);
             master.install(&new_image(&elf));
             master.run(INSTALLED_MS);
-            // The program has no id either: its settings are as they were.
+            // The new program has no id either, because the stored settings are unchanged.
             assert_eq!(fastscan(&mut master), Some(identity));
             configure(&mut master);
             assert_eq!(master.version(), NEW);

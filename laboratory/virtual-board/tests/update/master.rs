@@ -49,7 +49,7 @@ pub fn segment(number: u8, bytes: &[u8], is_last: bool) -> [u8; 8] {
 /// Where the master and the bootloader talk.
 enum Way {
     Bus,
-    /// In lines of text on the serial line, of which this one is not complete.
+    /// Over the serial line, in lines of text. The text is the incomplete line received so far.
     Serial(String),
 }
 
@@ -292,7 +292,7 @@ impl Master {
         }
     }
 
-    /// Begins a block download, of which the first block is sent.
+    /// Begins a block download, and sends its first block.
     pub fn begin_with_a_block(&mut self, image: &[u8]) {
         let size = self.begin(image.len()).expect("a block");
         let block: Vec<&[u8]> = image.chunks(7).take(size).collect();

@@ -62,7 +62,7 @@ struct Outcome {
 }
 
 impl Run<'_> {
-    /// Foot that runs the product, stopped for an update; and the time of the stop.
+    /// Returns a foot that runs the product and is stopped for an update, and the time of the stop.
     fn stopped(&self) -> (Master, u64) {
         let mut master = self.foot(Some(self.elf));
         master.run(500);
@@ -134,7 +134,7 @@ fn undisturbed(run: &Run) -> Outcome {
     let (mut master, at) = run.sent();
     assert_eq!(master.control(START)[0], 0x60);
     let outcome = started(&mut master, at);
-    // It confirms itself after ten seconds: four starts do not end it.
+    // The program confirms itself after ten seconds, so four starts do not end its trial.
     assert!(master.contacts(10_500) > 9_000);
     for _ in 0..4 {
         master.board.inject(Injection::Reset);
@@ -272,7 +272,7 @@ fn aborted(run: &Run) -> Outcome {
     streaming(&mut master, at)
 }
 
-/// Without a bus; the line is broken in the middle of a block.
+/// Updates a foot without a bus over the serial line, and breaks the line in the middle of a block.
 fn over_serial_line(run: &Run) -> Outcome {
     let no_bus = Injection::Bus(BusFault::NoAcknowledge);
     let mut master = run.foot(Some(run.elf));
@@ -292,7 +292,7 @@ fn over_serial_line(run: &Run) -> Outcome {
     master.open_serial_line();
     master.push(&[0x80, 0x50, 0x1F, 1, 0, 0, 4, 5]);
     master.install(run.new);
-    // The bootloader's own boot-up message, which the bus has not taken, ends with its restart.
+    // The bus has not taken the bootloader's own boot-up message. The restart of the bootloader discards it.
     master.run(50);
     master.board.inject(Injection::Clear);
     master.turn_to_bus();
@@ -319,8 +319,9 @@ fn disturbed_segments(run: &Run) -> Outcome {
 fn two_masters(run: &Run) -> Outcome {
     let (mut master, at) = run.stopped();
     master.begin_with_a_block(run.new);
-    // Its request is a segment out of order to the foot, which asks for the block again: no answer to a request, so that
-    // it aborts. The next segment of the first master is answered by an abort, too.
+    // To the foot, the second master's request is a segment out of order, so the foot asks for the block again. That
+    // is no answer to a request, so the second master aborts. The next segment of the first master is answered by an
+    // abort, too.
     let answer = master.ask(&[0xC2, 0x50, 0x1F, 1, 0, 0, 1, 0]);
     assert_eq!(answer[0], 0xA2, "{answer:02x?}");
     master.push(&[0x80, 0x50, 0x1F, 1, 0, 0, 0, 0x08]);
@@ -348,7 +349,7 @@ fn without_program(run: &Run) -> Outcome {
     started(&mut master, at)
 }
 
-/// Foot whose new program has confirmed itself, after which one of its bits flips; and the time of that.
+/// Returns a foot whose new program has confirmed itself and then has one flipped bit, and the time of the flip.
 fn decay(mut master: Master) -> (Master, u64) {
     master.boot_up(INSTALLED_MS);
     master.operate();
@@ -486,7 +487,7 @@ const SILENT_MS: u64 = 90_000;
 /// program. The library and the chip are the same.
 const OF_OTHER_BOARDS: &str = "none serial-line power-cut:30000 crashes no-program other-board";
 
-/// Runs rows on a board in a corner, and returns their figures; each has to be as promised.
+/// Runs rows on a board in a corner, and returns their figures. Fails if a row does not have the promised outcome.
 fn run_rows(
     [(wiring, elf), (_, other)]: [&(&'static Wiring, Vec<u8>); 2],
     corner: Corner,

@@ -92,7 +92,7 @@ fn thread(context: usize) -> bool {
         let before = [&RUNS[1], &RUNS[2]].map(|runs| runs.load(Ordering::Relaxed));
         own.advance(2);
         let after = [&RUNS[1], &RUNS[2]].map(|runs| runs.load(Ordering::Relaxed));
-        // SAFETY: opens what was masked above.
+        // SAFETY: unmasks the interrupts that were masked above.
         unsafe { basepri::write(0) };
         if before != after {
             VIOLATIONS.fetch_add(1, Ordering::Relaxed);

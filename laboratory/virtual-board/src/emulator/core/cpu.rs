@@ -113,7 +113,7 @@ impl Cpu {
     pub fn derail(&mut self, address: u32, interrupts: Interrupts) {
         self.set(RegisterARM::PRIMASK, interrupts as u32);
         self.set(RegisterARM::PC, address | 1);
-        // Out of any IT block.
+        // Leaves any IT block.
         self.set(RegisterARM::EPSR, 0x0100_0000);
         self.state = CoreState::Running;
     }
@@ -138,9 +138,9 @@ impl Cpu {
         self.state = CoreState::Running;
         self.event = false;
         self.returned = false;
-        // The program may differ from the one that the engine has translated.
+        // The program may differ from the program that the engine has translated.
         let _ = self.engine.ctl_flush_tb();
-        // Out of any handler first: its stack pointer is the main one.
+        // The core leaves any handler first, because the stack pointer of a handler is the main one.
         self.set(RegisterARM::XPSR_NZCVQG, 0x0100_0000);
         self.set(RegisterARM::CONTROL, 0);
         use RegisterARM::{BASEPRI, FAULTMASK, FPSCR, PRIMASK};
@@ -202,7 +202,7 @@ impl Cpu {
             }
             let next = self.machine.borrow().nvic.next;
             if let CoreState::LockedUp { pc } = self.state {
-                // Only an NMI ends it, unless it is in one (ARMv7-M, B1.5.15).
+                // Only an NMI ends the lock-up, unless the core is already in an NMI (ARMv7-M, B1.5.15).
                 match next {
                     Some((exception::NMI, priority)) if priority < self.execution_priority() => {
                         self.state = CoreState::Running;
@@ -298,7 +298,7 @@ impl Cpu {
         self.write_deferred();
         let pc = self.get(RegisterARM::PC);
         let stop = self.machine.borrow_mut().stop.take();
-        // The current block, up to where it stopped.
+        // The current block, up to the place where it stopped.
         let block = self.finish_block(pc, &stop);
         match stop {
             // A store continues to the end of its block, and the bus refuses it afterwards.

@@ -134,7 +134,7 @@ impl Timer {
         self.since = now;
     }
 
-    /// The trigger that it counts instead of its clock, of the four from other timers.
+    /// Returns which of the four internal triggers the timer counts instead of its clock, if it counts one.
     #[must_use]
     pub fn counts_trigger(&self) -> Option<u32> {
         let counts = self.is_on() && self.slave & 7 == EXTERNAL_CLOCK;

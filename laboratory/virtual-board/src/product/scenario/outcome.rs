@@ -162,7 +162,7 @@ impl ScenarioOutcome {
                 Reported::Emergency(fault) => insert(&mut self.emergencies, fault),
                 Reported::Serial(fault) => insert(&mut self.serial, fault),
                 Reported::BootUp => {
-                    // It is always sent at power-up.
+                    // A boot-up message is always sent at power-up, so it does not count as a report there.
                     self.boot_up |= !scenario.at_power_up;
                     !scenario.at_power_up
                 }

@@ -33,7 +33,7 @@ pub(super) struct ContactFrame {
     pub(super) valid: bool,
     /// Time from the sample, on the board's clock, to `time`, µs, up to a constant; for CAN modulo [`SHORT_US`].
     pub(super) age_us: f64,
-    /// Time of the sample, if the frame has all of it.
+    /// Time of the sample, if the frame has the whole time.
     pub(super) sample_us: Option<u64>,
 }
 
@@ -69,7 +69,7 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    /// Runs the board and records what it sends.
+    /// Runs the board, and records its output.
     pub(super) fn run_until(&mut self, board: &mut Board, until: u64) -> Result<(), Failure> {
         while board.now() < until {
             let next = (board.now() + PER_SECOND / 100).min(until);

@@ -83,7 +83,7 @@ pub struct BoardFootOptions {
     pub gait: GaitName,
     /// Seed of the steps.
     pub seed: u64,
-    /// Delay of its first step after the first step of the other feet, s.
+    /// Delay of the foot's first step after the first step of the other feet, s.
     pub phase_s: f64,
 }
 

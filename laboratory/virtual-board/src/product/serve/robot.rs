@@ -311,8 +311,8 @@ const MOST_WAITING: usize = 256;
 pub struct BusTransfer {
     /// Index of the sending node.
     pub node: usize,
-    /// Time at which it began, or before which it does not begin while it waits, in units of
-    /// [`time`](crate::emulator::time).
+    /// Time at which the frame began. While it waits: the earliest time at which it may begin. In
+    /// units of [`time`](crate::emulator::time).
     pub start: u64,
     /// Bit rate, bit/s: nodes with another rate do not receive it.
     pub bit_rate: u32,

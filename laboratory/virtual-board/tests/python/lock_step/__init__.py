@@ -1,8 +1,8 @@
 """Boards in lock step for python-can and python-canopen: all waits are in the boards' time.
 
-To be imported before them: `time` is that of the boards from then on. A channel is `lockstep://` and the path of a
-socket, whose protocol is described in `src/product/serve/lock_step.rs`. python-canopen has no thread here: the waiting
-program receives. The program has one line open at a time.
+Import this package before python-can and python-canopen, because it replaces `time` by the time of the boards. A
+channel is `lockstep://` and the path of a socket, whose protocol is described in `src/product/serve/lock_step.rs`.
+python-canopen has no thread here: the waiting program receives. The program has one line open at a time.
 """
 
 import queue

@@ -272,7 +272,7 @@ impl FlashRegisters {
                     self.check_supply()?;
                     let ms = self.option_bytes_ms.unwrap_or_else(|| self.erase_ms(16));
                     let cut = self.operate(now, from_us(u64::from(ms) * 1000));
-                    // They are erased first.
+                    // The option bytes are erased before they are programmed.
                     self.options = if cut { BLANK } else { value & 0x0FFF_FFEC };
                     memory.write(OPTIONS.start, &self.option_bytes());
                 }
