@@ -37,9 +37,9 @@
 //! error. It is removed as if it had grown linearly, so a constant error of the acceleration, such as a bias or a wrong
 //! inclination, cancels. Errors that change during the slip remain, as does motion before the decision changed.
 //!
-//! Over 1,120 simulated slips of up to 58 mm and 0.3 s, with and without a load, the median error is 1.2 mm, nine of ten
-//! errors are below 5.5 mm and all are below 8 mm (`host-tests/tests/events.rs`). The simulated sensor has noise, bias
-//! and temperature, but no vibration of a robot.
+//! Over 1,120 simulated slips of up to 58 mm and 0.3 s, with and without a load, the median error is below 1.3 mm,
+//! nine of ten errors are below 6.7 mm and all are below 8.9 mm (`host-tests/tests/events.rs`). The simulated sensor
+//! has noise, bias and temperature, but no vibration of a robot.
 //!
 //! If a slip ends in a lift-off, the speed at its end is unknown. An acceleration error of 0.05 m/s², as from 0.3° of
 //! inclination, then adds 2 mm in 0.3 s and 25 mm in 1 s. A slide at constant speed has no acceleration. Its end may be
