@@ -63,7 +63,7 @@ pub(crate) struct Step {
 pub(crate) enum Continuity {
     /// The samples are close enough to integrate between them.
     Continuous,
-    /// Samples too far apart for more than a guess of the integral.
+    /// Samples so far apart that the integral between them is only a guess.
     Gap,
     /// Samples too far apart for any assumption about the motion in between.
     Interrupted,

@@ -76,7 +76,7 @@ pub struct TwistWithCovarianceStamped {
     pub header: Header,
     /// Velocity, m/s, and rates, rad/s.
     pub twist: [f64; 6],
-    /// Covariance of velocity and rates along x, y, z and about them, row by row, (m/s)² and (rad/s)².
+    /// Covariance, row by row: first of the velocities along x, y and z, (m/s)², then of the rates about them, (rad/s)².
     pub covariance: [[f64; 6]; 6],
 }
 

@@ -99,7 +99,7 @@ fn agree(measured: f64, given: f32, tolerance: f64) -> bool {
 /// Plausible rates of sensors, Hz.
 pub const PLAUSIBLE_RATES: std::ops::RangeInclusive<f64> = 10.0..=1.0e5;
 
-/// Returns the largest unit below s in which a step between rows, a number of that unit, is plausible for a sensor.
+/// Returns the largest unit below the second in which this step between rows makes a plausible rate of a sensor.
 #[must_use]
 pub fn unit_of_step(step: f64) -> Option<TimeUnit> {
     let is_plausible = |unit: &TimeUnit| PLAUSIBLE_RATES.contains(&(unit.per_second() / step));
