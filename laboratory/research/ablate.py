@@ -5,7 +5,7 @@ committed files are copied to `target/ablation`, one expression is replaced, and
 switch is part of the estimate.
 
 For each part: the change of the RMSE without it, as recorded and at 1 kHz, on seven sets, on real robots, and on two
-groups of feet that no constant was chosen on. A positive number is the gain of the part. With `--tests` also the tests
+groups of feet that the search of the constants did not use. A positive number is the gain of the part. With `--tests` also the tests
 of behaviour that fail without it, which takes minutes for each part.
 """
 
@@ -30,7 +30,7 @@ PRODUCT = 1000.0
 """Sample rate of a foot, Hz."""
 
 GROUPS = {"seven": AVERAGED, "robots": ROBOTS, "more": list(FURTHER), "walkers": list(WALKERS)}
-"""Sets whose RMSE is averaged. No constant was chosen on the last two."""
+"""Sets whose RMSE is averaged. The search of the constants did not use the last two."""
 
 COPY = ROOT / "target/ablation"
 

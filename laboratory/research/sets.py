@@ -62,12 +62,12 @@ FURTHER: dict[str, tuple[str, list[str]]] = {
     "GO1 on WD-40": ("robots", ["more/go1_wd40/wd40_extra.csv"]),
     "NAO in place": ("robots", ["more/nao_walk_in_place/walkInPlaceLong_nao_r.csv"]),
 }  # fmt: skip
-"""Sets that no constant was chosen on."""
+"""Sets that the search of the constants did not use. Parts and alternatives were judged by them."""
 
 WALKERS: dict[str, tuple[str, list[str]]] = {
     "walkers with motion capture": ("walkers", ["walkers/mocap/left.csv", "walkers/mocap/right.csv"]),
 }
-"""Sets of a person's feet that no constant was chosen on."""
+"""Sets of a person's feet that the search of the constants did not use. Parts and alternatives were judged by them."""
 
 AVERAGED = ["ground", "3 steps", "slip", "ATLAS 7k", "NAO", "shoe", "demo"]
 """Sets in the mean. More gaits of the simulated foot would outweigh all other recordings."""

@@ -89,7 +89,7 @@ def rows(feet: Sequence[Judged]) -> list[dict[str, Any]]:
 
 
 def of_bench(feet: Sequence[Judged], robots: list[str]) -> Result:
-    what = "Scores on robots of MuJoCo that no constant was chosen on, with exact truth, from three seconds on."
+    what = "Scores on robots of MuJoCo with exact truth, from three seconds on. The judges were in view when some constants were chosen."
     fallen = sorted({f"{one.foot.robot}, {one.foot.motion}" for of in feet for one in of.values() if one.foot.fell})
     ours = [of[OURS] for of in feet if of[OURS].foot.recorded.recording.rate == RATES[0]]
     walks = [one for one in ours if one.foot.motion in (*TROTS, *OF_HUMANOID["humanoid: walks"], "crawl")]
