@@ -7,8 +7,10 @@
 //! ```text
 //! short = mean of x over tens of milliseconds        the noise of the sensor and the hum of a motor average out
 //! long  = mean of x over the time that rest must last
-//! rest: |short| ≤ limit and |short − long| ≤ limit of the change, for the time that rest must last
+//! rest: |short| and |short − long| are within their limits for the time that rest must last
 //! ```
+//!
+//! `BriefRest` averages *short* once more, over the same time, before it subtracts *long*.
 //!
 //! Both conditions are needed. A sway accelerates least where it is fastest: |short| is small there, but it changes. A
 //! foot that slides off at a steady acceleration does not change, but |short| is large.

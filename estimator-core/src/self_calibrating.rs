@@ -716,8 +716,8 @@ impl Turns {
 /// apparent = mean over a stance of a where the foot stands, limited to offset · |lean|
 /// ```
 ///
-/// *usual* is the speed that the foot's own stances leave in the sum: 0.3 mm/s on a noise-free simulated robot, 10 to
-/// 20 mm/s on real feet, where slower slides look like stances. *swing* is the acceleration of the foot's swings, so
+/// *usual* is the speed that the foot's own stances leave in the sum: 0.5 mm/s on a noise-free simulated robot, 4 to
+/// 12 mm/s on real feet, where slower slides look like stances. *swing* is the acceleration of the foot's swings, so
 /// that the result does not depend on a robot's size. *turn* is the angular rate: the IMU above the sole of a foot that
 /// rolls moves, and the foot does not slide. The last term is what a false idea of up adds to the sum.
 ///

@@ -25,8 +25,8 @@ pub struct VelocityParams {
     pub speed: f32,
     /// Distance r between the IMU and the point about which a standing foot turns, m.
     ///
-    /// Default: 0.15 m, from the heel to the ball of a foot that rolls. For a robot's point foot it is the foot's
-    /// radius.
+    /// Default: 0.15 m, from the heel to the ball of a foot that rolls. For a robot's point foot it is the
+    /// distance from the IMU to the ground.
     pub lever: f32,
     /// Least standard deviation σ₀, m/s, of a foot that certainly stands.
     ///
