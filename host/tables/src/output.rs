@@ -16,7 +16,7 @@ use stored::About;
 /// | columns | meaning | unit |
 /// |---|---|---|
 /// | `t` | time of the sample on the recording's clock, six decimals | s |
-/// | `p_stable` | the foot does not move at all: stable contact | [0, 1] |
+/// | `p_stable` | stable contact: the foot moves as little as in its stances | [0, 1] |
 /// | `p_tangential` | no motion along the ground; with half-widths also no turn about up | [0, 1] |
 /// | `p_vertical` | no lifting; with half-widths also no tilting | [0, 1] |
 /// | `p_ax` … `p_wz` | the foot does not move along or about one axis of the foot | [0, 1] |

@@ -46,7 +46,7 @@ class Decoded:
     sequence: npt.NDArray[np.uint16]
     """The frame's sequence number, modulo 2⁸ on CAN, 2¹⁶ on the serial line. Shape (N,)."""
     p_stable: npt.NDArray[np.float32]
-    """The foot does not move at all, in [0, 1], shape (N,)."""
+    """Stable contact: the foot moves as little as in its stances. In [0, 1], shape (N,)."""
     p_tangential: npt.NDArray[np.float32]
     """No motion along the ground; with the preset ``"paper"`` also no turn about up. In [0, 1], shape (N,)."""
     p_vertical: npt.NDArray[np.float32]

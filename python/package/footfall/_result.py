@@ -52,7 +52,7 @@ class Result:
     t: npt.NDArray[np.float64]
     """Time of the sample, s, shape (N,)."""
     p_stable: npt.NDArray[np.float32]
-    """The foot does not move at all: stable contact. In [0, 1], shape (N,)."""
+    """Stable contact: the foot moves as little as in its stances. In [0, 1], shape (N,)."""
     p_tangential: npt.NDArray[np.float32]
     """No motion along the ground; with the preset ``"paper"`` also no turn about up. In [0, 1], shape (N,)."""
     p_vertical: npt.NDArray[np.float32]

@@ -25,7 +25,7 @@ class Estimate(NamedTuple):
     t: float
     """Time of the sample, s."""
     p_stable: float
-    """The foot does not move at all: stable contact, in [0, 1]."""
+    """Stable contact: the foot moves as little as in its stances. In [0, 1]."""
     p_tangential: float
     """No motion along the ground; with the preset ``"paper"`` also no turn about up. In [0, 1]."""
     p_vertical: float
