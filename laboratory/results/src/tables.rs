@@ -290,10 +290,11 @@ fn in_short(result: &Stored) -> Result<String> {
     let default = named(&methods, "method", "footfall, default preset")?;
     let without = Stored::read("without-robot")?;
     Ok(filled(&format!(
-        "**How good:** on recordings of three real robots it missed {} of {} stances, and its debounced answer came {} ms \
-         after touch-down (median; {} ms for nine in ten). The RMSE of its probability was {}, where always saying ½ has \
-         0.5. Its constants were chosen with these recordings in view; without the robot the RMSE was {}. In the mean \
-         over seven sets, {} of the samples that are not stable were called stable. [See other methods and \
+        "**How good:** on recordings of three real robots, footfall missed {} of {} stances. Its debounced answer came {} \
+         ms after touch-down (median; within {} ms in nine of ten stances). The RMSE of its probability was {}, whereas an \
+         answer of always ½ would have 0.5. These recordings were among those by which its constants were chosen; with \
+         constants chosen without the robot that is scored, the RMSE was {}. On average over seven sets of simulated feet \
+         and of a walking person, {} of the samples labelled not stable were called stable. [Compare methods and \
          robots](#how-good-it-is).",
         count(&of, "lost_decisions")?,
         count(&of, "stances")?,
@@ -339,10 +340,11 @@ fn meaning(result: &Stored) -> Result<String> {
         Ok(percent(row.numbers("stable")?[RANGE]))
     };
     Ok(filled(&format!(
-        "**P** says how sure the estimator is that the foot stands: that it moves as little as this foot does in its \
-         stances. It orders the moments of one robot well, but it is not a frequency. Where P was between 0.6 and 0.7, \
-         the foot was labelled stable for {} of the time on a simulated ATLAS, {} on the simulated robots of LCD, and \
-         {} on real robots. So compare P with ½, and do not calculate with it as with a frequency.",
+        "**P** says how sure the estimator is that the foot stands, which means that it moves as little as this foot does \
+         in its stances. On one robot a higher P means a more certain stance, but P is not a calibrated probability: where \
+         P was between 0.6 and 0.7, the foot was labelled stable for {} of the time on a simulated ATLAS, {} on the \
+         simulated humanoids of the set LCD, and {} on real robots. So compare P with ½, and do not use its value as the \
+         frequency of stance.",
         of("ATLAS")?,
         of("LCD")?,
         of("real robots")?,
@@ -365,7 +367,7 @@ fn false_slips_in_short(result: &Stored) -> Result<String> {
         })
         .collect();
     Ok(filled(&format!(
-        "Slips are reported where there are none: on real floors without known slips, {}.",
+        "Some reported slips are false. On real floors without known slips, these were reported: {}.",
         cases?.join(", ")
     )))
 }
@@ -406,9 +408,9 @@ fn without_robot_in_short(result: &Stored) -> Result<String> {
         })
         .collect();
     Ok(filled(&format!(
-        "The constants of the first row were chosen on all of these sets except the bench, and the constants of the \
-         second row without the robot on which they are scored. In the mean over the sets of a robot, as recorded and \
-         at 1 kHz, the RMSE without the robot is {}.",
+        "The constants of the first row were chosen on all of these sets except the bench. The constants of the second row \
+         were chosen again for each robot, without its recordings. This changes the RMSE of a robot, averaged over its \
+         sets as recorded and at 1 kHz: it is {}.",
         cases?.join(", ")
     )))
 }
