@@ -105,7 +105,12 @@ def search(judged: list[Judged], evaluations: int) -> list[tuple[str, float]]:
         return [(name, math.exp(value)) for (name, _), value in zip(default, point)]
 
     def objective(point: list[float]) -> float:
-        return float(np.mean([rmse + 0.5 * lost for rmse, lost in by_robot(judged, constants(point)).values()]))
+        try:
+            found = by_robot(judged, constants(point))
+        except ValueError:
+            # A constant is out of its range. The search draws another point instead.
+            return math.nan
+        return float(np.mean([rmse + 0.5 * lost for rmse, lost in found.values()]))
 
     options = {"maxfevals": evaluations, "verbose": -9, "seed": 1}
     best, _ = cma.fmin2(objective, start, SPREAD, options)
