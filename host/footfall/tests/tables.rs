@@ -424,6 +424,20 @@ fn table_of_two_feet_is_read_as_two_feet() {
 }
 
 #[test]
+fn stream_of_two_feet_is_refused() {
+    let rows = table(&format!("t,{AXES},side"), |sample| {
+        let row = |foot, us| format!("{us}e-6,{},{foot}", sample.axes.join(","));
+        format!("{}\n{}", row("left", sample.micros), row("right", sample.micros + 400))
+    });
+    // So few that they are read at once.
+    let rows: Vec<&str> = rows.lines().take(100).collect();
+    let output = Bench::new().piped("replay - --output -", &(rows.join("\n") + "\n"));
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert_has(&said, "several feet, and one is wanted here: left, right");
+}
+
+#[test]
 fn stamps_of_a_computer_are_smoothed_by_themselves() {
     // Stamps that a computer rounds down to multiples of 3 ms, of samples at 200 Hz.
     let content = table(&format!("t,{AXES}"), |sample| {

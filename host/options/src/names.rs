@@ -213,8 +213,8 @@ pub fn find_load(names: &[String]) -> Option<usize> {
     at.next().filter(|_| at.next().is_none()).map(|(index, _)| index)
 }
 
-/// Names of a column that may name the foot of each row, best first.
-const FEET: [&str; 14] = [
+/// Names of columns that may name the foot of each row, best first.
+const FEET: [&str; 29] = [
     "foot",
     "leg",
     "limb",
@@ -222,6 +222,7 @@ const FEET: [&str; 14] = [
     "leg.name",
     "foot.id",
     "leg.id",
+    "side",
     "frame.id",
     "imu.id",
     "imu.name",
@@ -229,15 +230,35 @@ const FEET: [&str; 14] = [
     "sensor.name",
     "sensor",
     "device.id",
+    "frame",
+    "link",
+    "imu",
+    "device",
+    "board",
+    "node",
+    "location",
+    "position",
+    "segment",
+    "topic",
+    "source",
+    "channel",
+    "name",
+    "id",
 ];
 
-/// Finds the column that may name the foot of each row: the only one with the best of the known names.
+/// Finds the columns that may name the foot of each row, best first. A name that several columns have tells nothing.
 #[must_use]
-pub fn find_foot(names: &[String]) -> Option<usize> {
-    FEET.iter().find_map(|wanted| {
+pub fn find_feet(names: &[String]) -> Vec<usize> {
+    let mut found = Vec::new();
+    for wanted in FEET {
         let mut at = (0..names.len()).filter(|index| ends_with(&names[*index], wanted));
-        at.next().filter(|_| at.next().is_none())
-    })
+        if let (Some(only), None) = (at.next(), at.next())
+            && !found.contains(&only)
+        {
+            found.push(only);
+        }
+    }
+    found
 }
 
 /// Positions of the names that are one of these words, or end in it after a separator.

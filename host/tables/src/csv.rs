@@ -21,7 +21,7 @@
 use estimator_core::parameter::SAMPLE_RATE;
 use estimator_core::{Axis, Gravity, Timestamp, Validity};
 
-use crate::feet::{FootColumn, LOOKED_AT, name_in};
+use crate::feet::{Candidate, FootColumn, LOOKED_AT, name_in};
 use crate::header::{Blanks, Layout, NANOSECONDS, OTHER_SEPARATORS, shortened, suggestion};
 use crate::reader::{Cells, Row, Table};
 use options::hint::{Hint, Notice};
@@ -145,7 +145,8 @@ struct FootRows {
     load: Option<(i64, f64)>,
     /// Rows with a load alone.
     load_rows: usize,
-    /// Samples without a load.
+    /// Samples, and samples without a load.
+    samples: usize,
     unloaded: usize,
 }
 
@@ -153,7 +154,7 @@ impl FootRows {
     fn new(name: String, input_options: &InputOptions, is_stream: bool) -> Self {
         let times = input_options.table.times;
         let rows = if is_stream { Rows::of_stream(times) } else { Rows::new(times) };
-        Self { name, rows, load: None, load_rows: 0, unloaded: 0 }
+        Self { name, rows, load: None, load_rows: 0, samples: 0, unloaded: 0 }
     }
 
     /// Sentence on samples without a load, though there are loads.
@@ -195,13 +196,21 @@ impl<'a> Intake<'a> {
 
     /// Looks at the first rows, before they are processed, for a column that names their feet.
     pub fn look_at<C: Cells>(&mut self, rows: impl Iterator<Item = C>) {
-        self.foot_column.look_at(rows);
+        // Rows of other signals have names of their own.
+        let columns = &self.columns;
+        self.foot_column.look_at(rows.filter(|row| !columns.has_no_axis(row)));
+    }
+
+    /// Restricts the columns that may name feet to those that can be read.
+    #[cfg(feature = "parquet")]
+    pub fn retain_foot_columns(&mut self, is_read: impl Fn(usize) -> bool) {
+        self.foot_column.retain(is_read);
     }
 
     /// Indices of all columns that are read.
     #[cfg(feature = "parquet")]
     pub fn used(&self) -> Vec<usize> {
-        let mut used: Vec<usize> = self.columns.used().chain(self.foot_column.index()).collect();
+        let mut used: Vec<usize> = self.columns.used().chain(self.foot_column.indices()).collect();
         used.sort_unstable();
         used.dedup();
         used
@@ -243,6 +252,7 @@ impl<'a> Intake<'a> {
                 sample.load = finite_load(*load);
             }
         }
+        foot.samples += 1;
         foot.unloaded += usize::from(sample.load.is_none());
         let pushed = foot.rows.push(time_us, sample);
         pushed.map_err(|refused| match (refused, &self.time) {
@@ -258,12 +268,7 @@ impl<'a> Intake<'a> {
         let name = match &self.foot_column {
             FootColumn::None => String::new(),
             FootColumn::Known(index) => name_in(row, *index),
-            FootColumn::Possible { index, name } => {
-                let index = *index;
-                let here = name_in(row, index);
-                let is_same = name.as_ref().is_none_or(|name| *name == here);
-                self.after_name(row, index, here, is_same)?
-            }
+            FootColumn::Possible(_) => self.after_names(row)?,
         };
         if let Some(foot) = self.feet.iter().position(|foot| foot.name == name) {
             return Ok(foot);
@@ -272,31 +277,52 @@ impl<'a> Intake<'a> {
         Ok(self.feet.len() - 1)
     }
 
-    /// Decides whether a column names feet when its name has changed: it does if the time has gone back. Returns the name
-    /// of the foot.
-    fn after_name(
-        &mut self,
-        row: &impl Cells,
-        index: usize,
-        here: String,
-        is_same: bool,
-    ) -> Result<String, InputError> {
-        if is_same {
-            self.foot_column = FootColumn::Possible { index, name: Some(here) };
-            return Ok(String::new());
-        }
-        let newest_us = self.feet.first().and_then(|foot| foot.rows.newest_us());
-        let time_us = self.time_us(row, 0)?;
-        let goes_back = time_us.zip(newest_us).is_some_and(|(now, newest)| now <= newest);
+    /// Decides whether one of several columns names feet, once its name has changed: it does if the time has gone back.
+    /// Returns the name of the foot.
+    fn after_names(&mut self, row: &impl Cells) -> Result<String, InputError> {
         let before = std::mem::replace(&mut self.foot_column, FootColumn::None);
-        match (before, self.feet.first_mut()) {
-            (FootColumn::Possible { name: Some(name), .. }, Some(first)) if goes_back => {
-                first.name = name;
-                self.foot_column = FootColumn::Known(index);
-                Ok(here)
+        let FootColumn::Possible(candidates) = before else { return Ok(String::new()) };
+        let is_same = |candidate: &Candidate| {
+            let name = candidate.name.as_ref();
+            name.is_none_or(|name| *name == name_in(row, candidate.index))
+        };
+        let (mut left, changed): (Vec<_>, Vec<_>) = candidates.into_iter().partition(is_same);
+        if let Some(Candidate { index, name: Some(name), .. }) = changed.first() {
+            let newest_us = self.feet.first().and_then(|foot| foot.rows.newest_us());
+            let time_us = self.time_us(row, 0)?;
+            let goes_back = time_us.zip(newest_us).is_some_and(|(now, newest)| now <= newest);
+            if let Some(first) = self.feet.first_mut()
+                && goes_back
+            {
+                first.name.clone_from(name);
+                self.foot_column = FootColumn::Known(*index);
+                return Ok(name_in(row, *index));
             }
-            _ => Ok(String::new()),
         }
+        if self.is_stream {
+            left.extend(changed);
+            if let Some(feet) = self.feet_in_stream(row, &mut left) {
+                return Err(InputError::of_file(self.file, Problem::SeveralFeet(feet)));
+            }
+        }
+        for candidate in &mut left {
+            candidate.name.get_or_insert_with(|| name_in(row, candidate.index));
+        }
+        self.foot_column = FootColumn::possible(left);
+        Ok(String::new())
+    }
+
+    /// Adds the names in a row of a stream to columns that may name feet. Returns the feet, if their rows alternate.
+    fn feet_in_stream(
+        &self,
+        row: &impl Cells,
+        candidates: &mut [Candidate],
+    ) -> Option<Vec<String>> {
+        if self.columns.has_no_axis(row) {
+            return None;
+        }
+        let mut columns = candidates.iter_mut();
+        columns.find_map(|candidate| candidate.feet_in_stream(name_in(row, candidate.index)))
     }
 
     /// Time of a row, µs; `None` in a table without times. The unit is given by an option or by the column's name.
@@ -335,7 +361,7 @@ impl<'a> Intake<'a> {
     const fn known_foot_column(&self) -> Option<usize> {
         match self.foot_column {
             FootColumn::Known(index) => Some(index),
-            FootColumn::None | FootColumn::Possible { .. } => None,
+            FootColumn::None | FootColumn::Possible(_) => None,
         }
     }
 
@@ -348,9 +374,18 @@ impl<'a> Intake<'a> {
         }
         if let Some(index) = self.known_foot_column() {
             let column = self.layout.header.cells().nth(index).unwrap_or_default();
-            let feet: Vec<&str> = self.feet.iter().map(|foot| foot.name.as_str()).collect();
-            let feet = feet.join(", ");
+            let names = |has_samples: bool| {
+                let feet = self.feet.iter().filter(|foot| (foot.samples > 0) == has_samples);
+                feet.map(|foot| foot.name.as_str()).collect::<Vec<_>>().join(", ")
+            };
+            let (feet, others) = (names(true), names(false));
             notices.push(format!("{}: split into feet by column {column}: {feet}", self.file));
+            if !others.is_empty() {
+                notices.push(format!(
+                    "{}: rows of {others} have no axes, and are left out",
+                    self.file
+                ));
+            }
         }
         notices
     }
@@ -364,6 +399,9 @@ impl<'a> Intake<'a> {
         let notices = self.all_notices();
         let mut notices: Vec<Notice> = notices.into_iter().map(Notice::from).collect();
         let mut recordings = Vec::new();
+        let has_samples = self.feet.iter().any(|foot| foot.samples > 0);
+        // Rows of other signals are of no foot.
+        self.feet.retain(|foot| foot.samples > 0 || !has_samples);
         for foot in std::mem::take(&mut self.feet) {
             let foot_name = known.map(|_| foot.name.clone());
             let place = match &foot_name {
@@ -814,6 +852,18 @@ mod tests {
         for text in [equal, interleaved, joined] {
             assert_eq!(feet(&text), two);
         }
+        // Another column of a known name is of the whole table.
+        let shared =
+            rows_of("frame_id,side", (0..200).map(|k| (format!("base,{}", names(k)), k * 5)));
+        assert_eq!(feet(&shared), two);
+        let shared = (0..200).map(|k| (format!("base,{}", names(k / 100)), k % 100 * 10));
+        assert_eq!(feet(&rows_of("frame_id,side", shared)), two);
+        // Rows of other signals have no axes.
+        let more = rows_of("topic", (0..200).map(|k| (names(k), k * 5)))
+            .replace("1,2,3,4,5,6,FL\n", "1,2,3,4,5,6,FL\n999e-3,,,,,,,odom\n")
+            .replace("t,ax,ay,az", "time,acc_x,acc_y,acc_z")
+            .replace("wx,wy,wz", "gyr_x,gyr_y,gyr_z");
+        assert_eq!(feet(&more), two);
     }
 
     #[test]

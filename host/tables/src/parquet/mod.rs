@@ -62,6 +62,7 @@ pub fn read(
     let header = Row::of_names(file, &names);
     let layout = Layout::named(&header, &input_options.table, index(&leaves))?;
     let mut intake = Intake::new(file, input_options, layout)?;
+    intake.retain_foot_columns(|index| is_read(&leaves[index].data_type));
     let used = intake.used();
     for index in &used {
         leaves[*index].check(file)?;
