@@ -47,6 +47,31 @@ fn row_of_a_stream_is_printed_before_the_next_line_comes() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn finding_about_a_stream_is_reported_before_its_end() {
+    use std::io::{BufRead, BufReader, Write};
+    use std::process::Stdio;
+
+    let bench = Bench::new();
+    let mut command = bench.command("replay - --output - --sample-rate 100");
+    let child = command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut child = child.spawn().expect("the program that was just built");
+    let mut to = child.stdin.take().expect("a pipe");
+    // Six seconds at rest, in g.
+    let row = |k: u32| format!("{:.2},0.00{},0,1.0{},0,0,0\n", f64::from(k) / 100.0, k % 7, k % 5);
+    let rows: String = (0..600).map(row).collect();
+    to.write_all(format!("t,{AXES}\n{rows}").as_bytes()).expect("it is read");
+    to.flush().expect("it is sent");
+    let said = BufReader::new(child.stderr.take().expect("a pipe")).lines();
+    let mut said = said.map(|line| line.expect("text"));
+    assert_has(&said.next().expect("a finding"), "which looks like g: --units g");
+    drop(to);
+    // It is said once.
+    assert_eq!(said.filter(|line| line.contains("looks like g")).count(), 0);
+    assert!(child.wait().expect("it ends").success());
+}
+
 #[test]
 fn replay_writes_header_and_one_row_per_sample() {
     let bench = Bench::with("walk.csv", standing());

@@ -1,15 +1,17 @@
 //! Replay of a stream: the row of a sample is printed as soon as the sample has arrived on standard input.
 //!
 //! The rate is that of `--sample-rate`, or of the times in the first second, whose rows come at once. The samples are checked
-//! while they come, and findings are reported at the end. A file that is redirected to standard input is read as a whole.
+//! while they come, so a finding is reported long before the stream ends. A file that is redirected to standard input is read as a whole.
 
+use std::collections::BTreeSet;
 use std::io::{self, Write};
 use std::path::Path;
 
 use estimator_core::any::AnyParams;
+use estimator_core::mounting::Mounting;
 use estimator_core::{Gravity, Timestamp};
 use options::{ContactUse, Correction, InputOptions};
-use plausible::Check;
+use plausible::{Check, Finding};
 use recordings::Opened;
 use samples::estimate::Estimator;
 use samples::{RecordedSample, steady_time};
@@ -30,6 +32,10 @@ const FIRST_US: u64 = 1_000_000;
 
 /// Smallest number of samples in which the rate is found.
 const LEAST_SAMPLES: usize = 10;
+
+/// Times at which the samples are checked, and the period after the last of them, µs.
+const CHECKED_US: [u64; 3] = [5_000_000, 15_000_000, 45_000_000];
+const CHECKED_EACH_US: u64 = 60_000_000;
 
 impl Replay {
     /// Replays standard input as a stream, if it is one and nothing is wanted but a table of the estimates on standard
@@ -98,7 +104,11 @@ impl Replay {
         notices.iter().map(in_words).for_each(warn);
         let Some(running) = rows.running else { return Ok(()) };
         let findings = with_mounting(running.check.findings(), &input_options.correction.mounting);
-        self.arguments.recording.reading.report(file, &findings)
+        let reading = &self.arguments.recording.reading;
+        let is_new = |finding: &Finding| !running.reported.contains(finding.name());
+        // With --strict, a finding is an error even if it was a warning before.
+        let left = findings.into_iter().filter(|finding| reading.strict || is_new(finding));
+        reading.report(file, &left.collect::<Vec<_>>())
     }
 }
 
@@ -129,6 +139,27 @@ struct Running {
     estimator: Estimator,
     check: Check,
     rate: f32,
+    /// Number of checks so far, and the findings that were reported.
+    checks: usize,
+    reported: BTreeSet<&'static str>,
+}
+
+impl Running {
+    /// Reports new findings if the samples up to `now` are due to be checked.
+    fn check_if_due(&mut self, now: Timestamp, mounting: &Mounting) {
+        let last = CHECKED_US.len() - 1;
+        let after_last = self.checks.saturating_sub(last) as u64;
+        let due_us = CHECKED_US[self.checks.min(last)] + CHECKED_EACH_US * after_last;
+        if now.as_micros() < due_us {
+            return;
+        }
+        self.checks += 1;
+        for finding in with_mounting(self.check.findings(), mounting) {
+            if self.reported.insert(finding.name()) {
+                warn(format!("{STANDARD}: {}", in_words(&finding)));
+            }
+        }
+    }
 }
 
 /// Reason why a stream ends before its input.
@@ -193,14 +224,15 @@ impl RowStream<'_> {
             failed(self.replay.resolved.origins(STANDARD).explain(&error).into())
         })?;
         let check = Check::new(rate, self.gravity).with_thresholds(self.params.params.load);
-        self.running = Some(Running { estimator, check, rate });
+        let (checks, reported) = (0, BTreeSet::new());
+        self.running = Some(Running { estimator, check, rate, checks, reported });
         let held = std::mem::take(&mut self.held);
         self.write(&held)
     }
 
     /// Writes the rows of samples, which the reader has at once.
     fn write(&mut self, samples: &[RecordedSample]) -> Result<(), StreamEnd> {
-        let Some(Running { estimator, check, .. }) = &mut self.running else { return Ok(()) };
+        let Some(running) = &mut self.running else { return Ok(()) };
         let span = self.replay.span;
         let mut to = io::stdout().lock();
         let mut text = Vec::new();
@@ -209,8 +241,9 @@ impl RowStream<'_> {
                 to.write_all(&text).and_then(|()| to.flush()).map_err(output_end)?;
                 return Err(StreamEnd::Closed);
             }
-            let estimate = estimator.update(sample);
-            check.add(sample);
+            let estimate = running.estimator.update(sample);
+            running.check.add(sample);
+            running.check_if_due(sample.imu.timestamp, &self.correction.mounting);
             if span.contains(estimate.timestamp) {
                 write_row(None, &estimate, self.start_us, &mut text).map_err(output_end)?;
             }
