@@ -40,7 +40,7 @@ impl Fields {
         let axes = if mapping.columns().next().is_none() {
             let no_axes = || FieldsProblem::NoAxes(definition.names(part));
             let axes = recognised(&names).ok_or_else(no_axes)?;
-            if part.is_empty() && channel.message.ends_with(LOW_STATE) {
+            if part.is_empty() && is_low_state(&channel.message) {
                 let is_present = |part: &&&str| definition.numbers(part).is_ok();
                 let part = TRUNK_PARTS.iter().find(is_present).copied().unwrap_or(TRUNK_PARTS[0]);
                 let address = format!("{}.{part}", channel.topic);
@@ -96,8 +96,10 @@ impl Fields {
     }
 }
 
-/// End of the types of states of Unitree's robots, whose one IMU is on the trunk.
-const LOW_STATE: &str = "/LowState";
+/// Returns whether messages of this type are states of a Unitree robot, whose one IMU is on the trunk.
+pub(super) fn is_low_state(message: &str) -> bool {
+    message.ends_with("/LowState")
+}
 
 /// The part of such a state that is this IMU: in ROS 2, and in ROS 1 (`unitree_legged_msgs`).
 pub(super) const TRUNK_PARTS: [&str; 2] = ["imu_state", "imu"];

@@ -6,10 +6,10 @@ use options::{LoadTopic, Mapping};
 use samples::ros::{Imu, Time};
 use stored::error::{InputError, MessageProblem, Place, Problem};
 
-use crate::fields::Fields;
+use crate::fields::{self, Fields};
 use crate::loads::LoadPlace;
 use crate::messages::{Channel, decode};
-use crate::selection::{is_imu, last_word, names_of, trunks};
+use crate::selection::{self, is_imu, last_word, names_of, trunks};
 
 /// Origin of messages in errors.
 const DOMAIN: &str = "ROS 2";
@@ -118,12 +118,28 @@ pub struct TopicNames {
     pub trunks: Vec<String>,
 }
 
+/// Returns whether the only IMU is probably on the trunk, as in a bag: its topic or its frame names the trunk, or there is
+/// the state of a Unitree, whose feet have no IMU.
+#[must_use]
+pub fn is_trunk(topic: &str, frame: &str, has_low_state: bool) -> bool {
+    selection::is_trunk(topic, frame, has_low_state)
+}
+
+/// Returns whether messages of this type are states of a Unitree robot.
+#[must_use]
+pub fn is_low_state(message: &str) -> bool {
+    fields::is_low_state(message)
+}
+
 /// Returns the feet among topics of IMUs, named as in a bag with these topics. A topic whose words name a trunk is
-/// no foot, unless no other topic is left.
+/// no foot.
 #[must_use]
 pub fn name_topics(topics: &BTreeSet<String>) -> TopicNames {
     let all: Vec<String> = topics.iter().cloned().collect();
-    let trunks: Vec<String> = trunks(&all).cloned().collect();
+    let trunks: Vec<String> = match &all[..] {
+        [only] if is_trunk(only, "", false) => vec![only.clone()],
+        _ => trunks(&all).cloned().collect(),
+    };
     let feet: Vec<String> = all.iter().filter(|topic| !trunks.contains(topic)).cloned().collect();
     let names = names_of(&feet, topics);
     let named = feet.into_iter().zip(names).map(|(topic, name)| {
@@ -153,5 +169,6 @@ mod tests {
         assert_eq!(names(&with_trunk), (feet, vec!["/trunk/imu".to_owned()]));
         assert_eq!(names(&["/left_foot/imu"]).0, ["left_foot"]);
         assert_eq!(names(&["/imu"]).0, ["imu"]);
+        assert_eq!(names(&["/trunk/imu"]), (Vec::new(), vec!["/trunk/imu".to_owned()]));
     }
 }

@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 
 use crate::contact_feed::{ContactFeeds, is_contact};
 use crate::feed::{Feed, Known, Sidecar, SidecarData, is_sidecar};
-use crate::fields::{Fields, TRUNK_PARTS};
+use crate::fields::{Fields, TRUNK_PARTS, is_low_state};
 use crate::loads::Loads;
 use crate::messages::{Channel, Channels, MessageTimes, Visitor, decode, decode_start};
 use crate::selection::{
@@ -278,7 +278,7 @@ impl<'a> Reader<'a> {
             all,
             empty,
             has_parts: !self.parts.is_empty(),
-            has_low_state: self.others.iter().any(|channel| channel.message.ends_with("LowState")),
+            has_low_state: self.others.iter().any(|channel| is_low_state(&channel.message)),
         }
     }
 

@@ -148,8 +148,11 @@ fn of_several(only: &str, all: &BTreeSet<String>) -> Option<String> {
     distinct.filter(is_word).or_else(|| last_word(only))
 }
 
-/// Words for a robot's trunk in topics.
-const TRUNK_WORDS: [&str; 5] = ["trunk", "base", "body", "torso", "pelvis"];
+/// Words for a robot's trunk in topics, and for sensors on it that have an IMU of their own.
+const TRUNK_WORDS: [&str; 12] = [
+    "trunk", "base", "body", "torso", "pelvis", "chest", "waist", "head", "camera", "lidar",
+    "livox", "ouster",
+];
 
 /// Addresses that may be the trunk of a robot, among several. Such an address has a word for a trunk. If other
 /// addresses name a part of the robot, it may also be an address that names nothing but a sensor.
@@ -230,6 +233,8 @@ mod tests {
             ("/trunk/imu", "", false, true),
             ("/imu", "imu_link", false, true),
             ("/imu/data", "base_link", false, true),
+            ("/camera/imu", "camera_imu_optical_frame", false, true),
+            ("/imu", "waist_link", false, true),
             ("/imu", "imu", true, true),
             ("/imu", "imu", false, false),
             ("/fl_foot/imu", "imu_link", true, false),

@@ -55,6 +55,16 @@ fn topics_have_the_estimates_of_a_replay() {
     }
 }
 
+#[cfg(feature = "foxglove")]
+#[test]
+fn page_of_foxglove_shows_the_estimates_of_a_replay() {
+    let bench = bench();
+    bench.stdout("replay walk.csv --output estimates.csv");
+    let [samples, estimates] =
+        ["walk.csv", "estimates.csv"].map(|name| bench.path(name).display().to_string());
+    check(&["view", "reliable", &samples, &estimates], FOUR);
+}
+
 #[test]
 fn pattern_and_loads_of_topics_are_found() {
     let bench = bench();
@@ -101,6 +111,27 @@ fn states_of_a_go2_have_our_forces_and_its_joint_angles() {
     let bench = bench();
     let samples = bench.path("walk.csv").display().to_string();
     check(&["merge", &samples], &format!("{FOUR} --compat unitree"));
+}
+
+#[test]
+fn feet_of_a_pattern_may_start_later() {
+    let bench = bench();
+    let samples = bench.path("walk.csv").display().to_string();
+    check(&["late", &samples], "ros2:/*/imu");
+}
+
+#[test]
+fn imu_of_the_trunk_alone_is_named() {
+    let bench = bench();
+    let samples = bench.path("walk.csv").display().to_string();
+    check(&["trunk", &samples], "--depth 10");
+}
+
+#[test]
+fn states_that_are_not_of_a_unitree_are_not_merged() {
+    let bench = bench();
+    let samples = bench.path("walk.csv").display().to_string();
+    check(&["unreadable", &samples], &format!("{FOUR} --compat unitree"));
 }
 
 #[test]

@@ -12,7 +12,7 @@ use std::task::{Wake, Waker};
 use std::time::{Duration, Instant};
 
 use bags::Channel;
-use bags::live::{ImuDecoder, LoadDecoder, TopicNames, name_topics};
+use bags::live::{ImuDecoder, LoadDecoder, TopicNames, is_low_state, is_trunk, name_topics};
 use estimator_core::{Load, Timestamp};
 use feet::link::{Remark, now};
 use feet::{Arrival, LinkError, LiveImu, LiveSample, Sending};
@@ -45,7 +45,7 @@ const RARE_LOOKS: Duration = Duration::from_millis(500);
 /// Time in which publishers are looked for often, and after which topics without one are reported.
 const FOUND_WITHIN: Duration = Duration::from_secs(2);
 
-/// Time without another topic after which the topics of a pattern are complete.
+/// Time without another topic after which the topics of a pattern are added.
 const SETTLED: Duration = Duration::from_millis(500);
 
 /// Number of changes between two publishers of a topic after which both publishers are reported.
@@ -224,10 +224,10 @@ pub struct TopicLine {
     waker: Waker,
     /// Feet by their topics. The feet of patterns are added once the topics are known.
     feet: Vec<WantedFoot>,
-    /// Topics that patterns match, with the time of the newest.
+    /// Topics that patterns match, those of them that were added, and the time of the newest that was not.
     matched: BTreeSet<String>,
+    added: BTreeSet<String>,
     matched_at: Option<Instant>,
-    is_pattern_complete: bool,
     /// Topics of loads, each with the feet whose loads it has.
     loads: Vec<(LoadTopic, String)>,
     topics: Vec<SubscribedTopic>,
@@ -237,6 +237,8 @@ pub struct TopicLine {
     next_look: Instant,
     /// Whether topics without a publisher were reported.
     has_reported_absent: bool,
+    /// Whether the robot publishes the state of a Unitree.
+    has_low_state: bool,
 }
 
 /// A foot that is wanted.
@@ -309,14 +311,15 @@ impl TopicLine {
             loads: Vec::new(),
             feet: Vec::new(),
             matched: BTreeSet::new(),
+            added: BTreeSet::new(),
             matched_at: None,
-            is_pattern_complete: false,
             topics: Vec::new(),
             newest_loads: BTreeMap::new(),
             pending,
             began: Instant::now(),
             next_look: Instant::now(),
             has_reported_absent: false,
+            has_low_state: false,
         };
         for load in wanted.loads.iter().filter(|load| load.foot.is_some()) {
             let foot = load.foot.clone().unwrap_or_default();
@@ -345,6 +348,8 @@ impl TopicLine {
     /// Looks for publishers, and subscribes to the topics that are found.
     fn look(&mut self) -> Result<(), LinkError> {
         let found = publishers(&self.participant);
+        let mut of_robot = found.iter().filter(|publisher| !publisher.topic.contains(OWN));
+        self.has_low_state |= of_robot.any(|state| is_low_state(&state.message));
         self.match_patterns(&found);
         let wanted: BTreeSet<String> = self
             .feet
@@ -387,39 +392,52 @@ impl TopicLine {
         Ok(())
     }
 
-    /// Collects the topics of patterns, and adds their feet once no other topic comes.
+    /// Collects the topics of patterns, and adds their feet once no other topic comes. Drivers may start one after the other,
+    /// so topics that come later are added, too.
     fn match_patterns(&mut self, found: &[Publisher]) {
-        let patterns: Vec<&FootTopic> =
-            self.wanted.feet.iter().filter(|foot| foot.is_pattern()).collect();
-        if patterns.is_empty() || self.is_pattern_complete {
-            return;
-        }
-        let is_matched = |publisher: &&Publisher| {
-            let mut patterns = patterns.iter();
-            publisher.message == IMU
-                && patterns.any(|pattern| matches_pattern(&pattern.topic, &publisher.topic))
-        };
+        let patterns: Vec<&str> = (self.wanted.feet.iter())
+            .filter_map(|foot| foot.is_pattern().then_some(foot.topic.as_str()))
+            .collect();
+        let topics = found.iter().filter(|publisher| publisher.message == IMU);
+        let matched: Vec<String> = topics
+            .filter(|publisher| patterns.iter().any(|pattern| matches(pattern, &publisher.topic)))
+            .map(|publisher| publisher.topic.clone())
+            .collect();
         let before = self.matched.len();
-        let topics = found.iter().filter(is_matched).map(|publisher| publisher.topic.clone());
-        self.matched.extend(topics.collect::<Vec<_>>());
+        self.matched.extend(matched);
         if self.matched.len() > before {
             self.matched_at = Some(Instant::now());
         }
-        if self.matched_at.is_none_or(|at| at.elapsed() < SETTLED) {
-            return;
+        if self.matched_at.is_some_and(|at| at.elapsed() >= SETTLED) {
+            self.matched_at = None;
+            self.add_matched();
         }
-        self.is_pattern_complete = true;
+    }
+
+    /// Adds the feet of topics that were matched since the last call.
+    fn add_matched(&mut self) {
+        let new: Vec<String> = self.matched.difference(&self.added).cloned().collect();
+        let is_first = self.added.is_empty();
+        self.added.clone_from(&self.matched);
         let named = self.feet.iter().map(|foot| foot.topic.clone()).collect::<BTreeSet<_>>();
         let TopicNames { feet, trunks } = name_topics(&self.matched);
-        for topic in trunks {
-            self.remark(Remark::Detail(format!(
+        let is_foot_left = !feet.is_empty() || !named.is_empty();
+        for topic in trunks.into_iter().filter(|topic| new.contains(topic)) {
+            let text = format!(
                 "{topic} is left out: by its name it is of the robot's trunk; ros2:NAME={topic} takes it as a foot"
-            )));
+            );
+            self.remark(if is_foot_left { Remark::Detail(text) } else { Remark::Problem(text) });
         }
         for (topic, name) in feet {
-            if !named.contains(&topic) {
+            if new.contains(&topic) && !named.contains(&topic) {
+                // The feet so far keep their names.
+                let is_taken = self.feet.iter().any(|foot| foot.name == name);
+                let name = if is_taken { topic.trim_matches('/').to_owned() } else { name };
                 self.add_foot(WantedFoot { name, is_named: false, topic, part: String::new() });
             }
+        }
+        if !is_first {
+            return;
         }
         let names: Vec<&str> = self.feet.iter().map(|foot| foot.name.as_str()).collect();
         let settings = &self.wanted.playback.settings;
@@ -527,6 +545,29 @@ impl TopicLine {
         self.topics = topics;
     }
 
+    /// Returns a sentence about the first sample of a foot, with this frame, if it is probably of the trunk. Of several IMUs,
+    /// those of feet have the same frames as the trunk on some robots.
+    fn trunk_text(&self, foot: &WantedFoot, frame: &str) -> Option<String> {
+        let topic = &foot.topic;
+        // Topics that name the trunk were reported before.
+        let is_reported = is_trunk(topic, "", false);
+        if foot.is_named || is_reported || self.feet.len() > 1 {
+            return None;
+        }
+        let cause = if is_trunk(topic, frame, false) {
+            format!("has the frame {frame:?}")
+        } else if is_trunk(topic, frame, self.has_low_state) {
+            "comes beside the state of a Unitree, which has no IMU on its feet".to_owned()
+        } else {
+            return None;
+        };
+        Some(format!(
+            "{topic} {cause}, so it is probably the IMU of the robot's trunk, which does not show contacts; ros2:NAME={} takes \
+             it as a foot",
+            address(topic, &foot.part)
+        ))
+    }
+
     fn take_message(&mut self, topic: &mut SubscribedTopic, writer: GUID, message: &[u8]) {
         let received = now();
         if topic.writer.replace(writer).is_some_and(|before| before != writer)
@@ -566,6 +607,11 @@ impl TopicLine {
                         readings: decoded.readings,
                         load: load.map(|(_, value)| Load(*value as f32)),
                     };
+                    if imu.frames.is_empty()
+                        && let Some(text) = self.trunk_text(&imu.foot, &decoded.frame)
+                    {
+                        self.problem(text);
+                    }
                     imu.take(&decoded.frame, sample, &self.wanted, &mut self.pending);
                 }
                 Err(problem) => failed = Some(problem.to_string()),
@@ -631,10 +677,7 @@ fn new_imu(foot: &WantedFoot, name: &str, wanted: &TopicFeet) -> Result<LiveImu,
 
 /// Returns the feet of all single topics, with their given names, or named by their topics as in a bag.
 fn named_feet(topics: &[FootTopic], pending: &mut VecDeque<Arrived>) -> Vec<WantedFoot> {
-    let address = |foot: &FootTopic| match foot.part.as_str() {
-        "" => foot.topic.clone(),
-        part => format!("{}.{part}", foot.topic),
-    };
+    let address = |foot: &FootTopic| address(&foot.topic, &foot.part);
     let topics = || topics.iter().filter(|foot| !foot.is_pattern());
     let unnamed: BTreeSet<String> =
         topics().filter(|foot| foot.name.is_none()).map(address).collect();
@@ -657,6 +700,19 @@ fn named_feet(topics: &[FootTopic], pending: &mut VecDeque<Arrived>) -> Vec<Want
         }
     });
     wanted.collect()
+}
+
+/// Part of the topics that footfall itself publishes, in any namespace.
+const OWN: &str = "/footfall/";
+
+/// Returns whether a pattern matches a topic. Footfall's own topics are no sources, unless the pattern names them.
+fn matches(pattern: &str, topic: &str) -> bool {
+    matches_pattern(pattern, topic) && (pattern.contains(OWN) || !topic.contains(OWN))
+}
+
+/// Address of a part of the messages of a topic, or of whole messages.
+fn address(topic: &str, part: &str) -> String {
+    if part.is_empty() { topic.to_owned() } else { format!("{topic}.{part}") }
 }
 
 impl Link for TopicLine {
@@ -692,5 +748,18 @@ impl Link for TopicLine {
             self.wanted.to_string(),
             "nothing: feet on topics take no requests",
         ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn patterns_leave_out_topics_of_footfall_itself() {
+        assert!(matches("/*/imu", "/lf_foot/imu"));
+        assert!(!matches("/*/imu", "/footfall/FL/imu"));
+        assert!(!matches("/*/imu", "/dog/footfall/FL/imu"));
+        assert!(matches("/footfall/*/imu", "/footfall/FL/imu"));
     }
 }

@@ -7,6 +7,8 @@ Usage:
         sample
     live.py pattern FOOTFALL SAMPLES.csv ROS2-ARGUMENT...
         expects four feet named by their topics, two of them with loads, and not the trunk
+    live.py late FOOTFALL SAMPLES.csv ROS2-ARGUMENT...
+        starts the drivers of three feet after the first, and expects the contacts of all
     live.py others FOOTFALL SAMPLES.csv FOLDER ROS2-ARGUMENT...
         calibrates, records and monitors the feet at once
     live.py restart FOOTFALL SAMPLES.csv ROS2-ARGUMENT...
@@ -15,6 +17,12 @@ Usage:
         expects that a subscriber is named that asks for more than is offered, and a topic without a publisher
     live.py merge FOOTFALL SAMPLES.csv ROS2-ARGUMENT...
         publishes the state of a Go2, and expects it back with other forces
+    live.py trunk FOOTFALL SAMPLES.csv ROS2-ARGUMENT...
+        publishes the IMU of a trunk alone, and expects that a pattern leaves it out, and that its frame is named
+    live.py unreadable FOOTFALL SAMPLES.csv ROS2-ARGUMENT...
+        publishes states without forces, and expects a warning, and states with forces alone
+    live.py view FOOTFALL RELIABILITY SAMPLES.csv ESTIMATES.csv VIEW-ARGUMENT...
+        shows the feet to a page of Foxglove, and compares its contacts like `estimates`
     live.py units FOOTFALL SAMPLES.csv ROS2-ARGUMENT...
         publishes accelerations in g, and expects that diagnostics name the unit
     live.py publish DOMAIN RELIABILITY SAMPLES.csv RATE [STAMPS.json]
@@ -27,7 +35,9 @@ import csv
 import faulthandler
 import json
 import os
+import re
 import signal
+import struct
 import subprocess
 import sys
 import threading
@@ -209,8 +219,17 @@ def check_estimates(footfall, reliability, samples, estimates, *arguments):
     collector.join()
     stances = taken(muse, ContactDetection)
     errors = ended(program)
-    for foot, sent in contacts.items():
-        by_stamp = {nanoseconds(contact.header.stamp): contact for contact in sent}
+    by_stamp = {
+        foot: {nanoseconds(contact.header.stamp): vars(contact) for contact in sent} for foot, sent in contacts.items()
+    }
+    compare_contacts(by_stamp, samples, offset, expected, reliability, errors)
+    assert any(stance.stance_lf for stance in stances) and not all(stance.stance_lf for stance in stances)
+    assert "warning" not in errors and "footfall:" not in errors, errors
+
+
+def compare_contacts(contacts, samples, offset, expected, reliability, errors):
+    """Compares the contacts of each foot, by their stamps, with the estimates of a replay."""
+    for foot, by_stamp in contacts.items():
         places = [place for place, (at, *_) in enumerate(samples) if at + offset in by_stamp]
         assert len(by_stamp) == len(places), f"{foot}: contacts of no sample"
         # The contacts of the first half second come at once, while the subscriber finds their topics.
@@ -227,11 +246,66 @@ def check_estimates(footfall, reliability, samples, estimates, *arguments):
         for place in places:
             contact = by_stamp[samples[place][0] + offset]
             for ours, theirs in (("p_stable", "p_stable"), ("p_tangential", "p_tangential")):
-                one, other = getattr(contact, ours), float(expected[place][theirs])
+                one, other = contact[ours], float(expected[place][theirs])
                 assert abs(one - other) < 2e-7, f"{foot}, sample {place}: {ours} is {one}, and {other} in a replay"
     assert len(contacts) == len(TOPICS), list(contacts)
-    assert any(stance.stance_lf for stance in stances) and not all(stance.stance_lf for stance in stances)
-    assert "warning" not in errors and "footfall:" not in errors, errors
+
+
+def check_view(footfall, reliability, samples, estimates, *arguments):
+    """A page of Foxglove shows feet whose IMUs are topics."""
+    # Its packages are needed by this check alone.
+    import view
+
+    samples = samples_of(samples)
+    with open(estimates, encoding="utf-8") as file:
+        expected = list(csv.DictReader(file))
+    robot = Robot(domain_of(arguments), reliability)
+    program = subprocess.Popen(
+        [footfall, "view", *arguments, "--port", "0"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    )
+    url = re.search(r"ws://127\.0\.0\.1:[1-9]\d*$", program.stderr.readline().strip()).group()
+    robot.wait_for_subscriber(program)
+    subscriptions, received = {}, defaultdict(list)
+    stop = threading.Event()
+    with view.connected(url, max_queue=None, origin="https://app.foxglove.dev") as page:
+
+        def collect():
+            while not stop.is_set():
+                try:
+                    message = page.recv(timeout=0.1)
+                except TimeoutError:
+                    continue
+                if isinstance(message, str):
+                    view.subscribe(page, json.loads(message).get("channels", []), subscriptions)
+                else:
+                    _, number, log_ns = struct.unpack_from("<BIQ", message)
+                    received[subscriptions[number]["topic"]].append((log_ns, message[13:]))
+
+        collector = threading.Thread(target=collect)
+        collector.start()
+        offset = robot.play(samples)
+        time.sleep(1.0)
+        stop.set()
+        collector.join()
+    errors = ended(program)
+    channels = {channel["topic"]: channel for channel in subscriptions.values()}
+    messages = view.decoded(received, channels)
+    contacts = {
+        foot: {
+            contact["header"]["stamp"]["sec"] * 1_000_000_000 + contact["header"]["stamp"]["nanosec"]: contact
+            for _, contact in messages[f"/footfall/{foot}/contact"]
+        }
+        for foot in TOPICS
+    }
+    compare_contacts(contacts, samples, offset, expected, reliability, errors)
+    # The curves of the layout: the samples and their probabilities.
+    for foot in TOPICS:
+        heights = [imu["linear_acceleration"]["z"] for _, imu in messages[f"/footfall/{foot}/imu"]]
+        assert len(heights) > len(samples) // 2 and max(heights) > 9.0, (foot, len(heights))
+    statuses = [array["status"][0] for _, array in messages["/diagnostics"]]
+    # At the end the topics are silent, which is level 3.
+    assert {status["level"] for status in statuses} <= {0, 3}, statuses
+    assert {status["name"] for status in statuses} == {f"footfall: {foot}" for foot in TOPICS}, statuses
 
 
 def check_restart(footfall, samples, *arguments):
@@ -321,6 +395,53 @@ def check_pattern(footfall, samples, *arguments):
     known = {foot: sum(contact.state != 0 for contact in of_foot) for foot, of_foot in contacts.items()}
     assert known["lf_foot"] > 0.8 * counts["lf_foot"] and known["rh_foot"] > 0.8 * counts["rh_foot"], known
     assert known["rf_foot"] == known["lh_foot"] == 0, known
+
+
+def check_late(footfall, samples, *arguments):
+    """The driver of one foot has long started when those of the others come."""
+    names = ["lf_foot", "rf_foot", "lh_foot", "rh_foot"]
+    participant = DomainParticipant(domain_of(arguments))
+    samples = samples_of(samples)
+    readers = contact_readers(participant, names)
+    first = DataWriter(participant, Topic(participant, f"rt{TOPICS['FL']}", Imu), qos=BEST_EFFORT)
+    program = started(footfall, arguments)
+    while not first.get_matched_subscriptions():
+        time.sleep(0.02)
+    robot = Robot(domain_of(arguments), "best_effort")
+    robot.wait_for_subscriber(program)
+    robot.play(samples)
+    time.sleep(0.5)
+    counts = {foot: len(taken(reader, Contact)) for foot, reader in readers.items()}
+    errors = ended(program)
+    assert min(counts.values()) > len(samples) // 2, (counts, errors)
+
+
+def check_trunk(footfall, samples, *arguments):
+    """A robot has an IMU on its trunk alone, which is no foot by its topic or by its frame."""
+    participant = DomainParticipant(domain_of(arguments))
+    samples = samples_of(samples)
+    trunks = {
+        topic: DataWriter(participant, Topic(participant, f"rt{topic}", Imu), qos=BEST_EFFORT)
+        for topic in ("/trunk/imu", "/imu/data")
+    }
+    programs = {
+        source: started(footfall, [*arguments, source])
+        for source in ("ros2:/trunk/*", "ros2:/imu/data", "ros2:FL=/imu/data")
+    }
+    imu = message("imu_link")
+    while len(trunks["/imu/data"].get_matched_subscriptions()) < 2:
+        time.sleep(0.02)
+    for _, (ax, ay, az, wx, wy, wz), _ in samples[:400]:
+        imu.header.stamp = stamp(time.time_ns())
+        imu.linear_acceleration, imu.angular_velocity = Vector3(ax, ay, az), Vector3(wx, wy, wz)
+        for trunk in trunks.values():
+            trunk.write(imu)
+        time.sleep(0.005)
+    said = {source: ended(program) for source, program in programs.items()}
+    assert "/trunk/imu is left out" in said["ros2:/trunk/*"], said
+    assert "ros2:NAME=/trunk/imu takes it as a foot" in said["ros2:/trunk/*"], said
+    assert '/imu/data has the frame "imu_link"' in said["ros2:/imu/data"], said
+    assert "trunk" not in said["ros2:FL=/imu/data"], said
 
 
 def check_others(footfall, samples, folder, *arguments):
@@ -419,6 +540,25 @@ def check_merge(footfall, samples, *arguments):
         assert set(state.foot_force) <= {0, 100} and state.foot_force == state.foot_force_est, state.foot_force
         assert (state.power_v, state.crc, list(state.fan_frequency)) == (28.0, 0xDEADBEEF, [1, 2, 3, 4])
     assert {max(state.foot_force) for state in received} == {0, 100}
+
+
+def check_unreadable(footfall, samples, *arguments):
+    """The robot's states have another layout than those of a Unitree, so they cannot be merged."""
+    participant = DomainParticipant(domain_of(arguments))
+    samples = samples_of(samples)
+    robot = Robot(domain_of(arguments), "best_effort")
+    states = Topic(participant, "rt/lowstate", Float64MultiArray)
+    # A publisher exists as long as its object.
+    _states = DataWriter(participant, states, qos=RELIABLE)
+    reader = DataReader(participant, Topic(participant, "rt/footfall/lowstate", LowState), qos=RELIABLE)
+    program = started(footfall, arguments)
+    robot.wait_for_subscriber(program)
+    robot.play(samples)
+    time.sleep(0.5)
+    received = taken(reader, LowState)
+    said = ended(program)
+    assert said.count("/lowstate cannot be merged: ") == 1 and "foot_force" in said, said
+    assert {max(state.foot_force) for state in received} == {0, 100}, (len(received), said)
 
 
 def publish(domain, reliability, path, rate, stamps=None):
@@ -530,6 +670,10 @@ if __name__ == "__main__":
         "others": check_others,
         "mismatch": check_mismatch,
         "merge": check_merge,
+        "late": check_late,
+        "trunk": check_trunk,
+        "unreadable": check_unreadable,
+        "view": check_view,
         "units": check_units,
         "publish": publish,
         "latency": measure,

@@ -108,14 +108,15 @@ def subscribe(client, channels, subscriptions):
     client.send(json.dumps({"op": "subscribe", "subscriptions": new}))
 
 
-def connected(server, max_queue):
+def connected(url, max_queue, origin=None):
     # No pings, because a client that is slow, or on a busy machine, would count as gone.
     return connect(
-        server.url,
+        url,
         subprotocols=[PROTOCOL],
         compression=None,
         max_queue=max_queue,
         ping_interval=None,
+        origin=origin,
     )
 
 
@@ -138,7 +139,7 @@ def collect(server, expected):
     subscriptions, messages = {}, defaultdict(list)
     last = {topic: last_of(entries) for topic, entries in expected.items()}
     open_ends = dict(last)
-    with connected(server, max_queue=None) as client:
+    with connected(server.url, max_queue=None) as client:
         assert client.subprotocol == PROTOCOL
         info = json.loads(client.recv())
         assert info["op"] == "serverInfo" and info["name"].startswith("footfall "), info
@@ -301,9 +302,9 @@ def subscribe_to_a_foot(client):
 
 
 def main_slow(program, source):
-    with served(program, source) as server, connected(server, max_queue=1) as client:
+    with served(program, source) as server, connected(server.url, max_queue=1) as client:
         subscribe_to_a_foot(client)
-        with connected(server, max_queue=None) as other:
+        with connected(server.url, max_queue=None) as other:
             subscribe_to_a_foot(other)
             received = 0
             while received < 2 * QUEUE:
@@ -311,5 +312,6 @@ def main_slow(program, source):
         server.stop()
 
 
-faulthandler.dump_traceback_later(HANGS_S, exit=True)
-{"compare": main_compare, "slow": main_slow}[sys.argv[1]](*sys.argv[2:])
+if __name__ == "__main__":
+    faulthandler.dump_traceback_later(HANGS_S, exit=True)
+    {"compare": main_compare, "slow": main_slow}[sys.argv[1]](*sys.argv[2:])
