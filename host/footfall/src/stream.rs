@@ -505,10 +505,12 @@ fn remark_text(remark: &Remark) -> String {
 
 /// Warns about arrivals lost on this machine, if any.
 pub fn warn_of_lost(feed: &Feed) {
-    let lost = feed.lost();
-    if lost > 0 {
-        warn(format!("{lost} arrivals were lost: this machine did not keep up"));
-    }
+    lost_text(feed.lost()).into_iter().for_each(warn);
+}
+
+/// Sentence about lost arrivals, if any.
+fn lost_text(lost: u64) -> Option<String> {
+    (lost > 0).then(|| format!("{lost} arrivals were lost: this machine did not keep up"))
 }
 
 #[cfg(test)]
@@ -607,6 +609,19 @@ mod tests {
             "two boards are FL, uart:/dev/ttyACM8@1000000 and can:can0 --node 17; make one of them FR: \
              footfall foot uart:/dev/ttyACM8@1000000 id FR, or footfall foot can:can0 --node 17 id FR"
         );
+    }
+
+    #[test]
+    fn breaks_and_losses_of_lines_are_reported() {
+        let again = FeedEvent::OpenedAgain("uart:/a@9600".to_owned());
+        assert_eq!(line_event_text(&again).as_deref(), Some("uart:/a@9600 is open again"));
+        let refused = FeedEvent::NotSent(LinkError::wrong_kind("/a", "bytes of the serial line"));
+        let text = line_event_text(&refused).expect("a sentence");
+        assert!(text.starts_with("not sent: /a ") && text.ends_with("the serial line"), "{text}");
+        assert_eq!(line_event_text(&FeedEvent::Opened), None);
+        assert_eq!(lost_text(0), None);
+        let lost = lost_text(3).expect("a sentence");
+        assert_eq!(lost, "3 arrivals were lost: this machine did not keep up");
     }
 
     #[test]

@@ -50,6 +50,7 @@ impl Routes {
             locators.iter().map(move |locator| (SocketAddr::from(*locator), guid.prefix))
         });
         let shared = shared_local(endpoints);
+        self.forget_all_but(readers.iter().map(|reader| reader.reader_proxy.remote_reader_guid));
         let mut renewed = BTreeSet::new();
         for reader in &readers {
             let locators = &reader.reader_proxy.unicast_locator_list;
@@ -59,16 +60,28 @@ impl Routes {
             }
             let topic = reader.subscription_topic_data.topic_name();
             let Some(qos) = topic.strip_prefix("rt").and_then(&qos_of) else { continue };
-            let times = self.chosen.entry(reader.reader_proxy.remote_reader_guid).or_default();
-            if *times >= TIMES {
+            if !self.choose(reader.reader_proxy.remote_reader_guid) {
                 continue;
             }
-            *times += 1;
             if renewed.insert(topic.clone()) {
                 let dds_type = reader.subscription_topic_data.type_name();
                 self.writers.extend(writer(participant, topic, dds_type, &qos));
             }
         }
+    }
+
+    /// Returns whether the route to a subscriber is to be chosen again, and counts it.
+    fn choose(&mut self, reader: GUID) -> bool {
+        let times = self.chosen.entry(reader).or_default();
+        let is_due = *times < TIMES;
+        *times += u8::from(is_due);
+        is_due
+    }
+
+    /// Forgets the subscribers that have left, because a node may outlive thousands of them.
+    fn forget_all_but(&mut self, present: impl Iterator<Item = GUID>) {
+        let present: BTreeSet<GUID> = present.collect();
+        self.chosen.retain(|reader, _| present.contains(reader));
     }
 }
 
@@ -104,6 +117,19 @@ fn writer(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn subscribers_that_have_left_are_forgotten() {
+        let reader = |number: u8| GUID::from_bytes([number; 16]);
+        let mut routes = Routes::default();
+        for number in 0..100 {
+            assert!(routes.choose(reader(number)));
+            routes.forget_all_but([reader(0), reader(number)].into_iter());
+        }
+        assert!(routes.chosen.keys().copied().eq([reader(0), reader(99)]));
+        let times = (0..10).filter(|_| routes.choose(reader(0))).count();
+        assert_eq!(times, usize::from(TIMES) - 1);
+    }
 
     #[test]
     fn only_sockets_of_several_participants_are_shared() {
