@@ -94,6 +94,8 @@ fn each_consumer_names_the_commit_that_was_read() {
         "DRIFT",
         "Pronto",
         "BLF",
+        "Invariant EKF",
+        "fuse",
         "common_interfaces",
         "champ",
         "legged_control",
