@@ -177,23 +177,64 @@ fn generic_c_has_the_bits_of_rust() {
     }
 }
 
-/// An Xtensa's compiler takes the file, as that of a sketch is taken. Its library has no floating point, which the ROM of its
-/// chip has, so that nothing is linked.
+/// Options of the compiler for an Xtensa without floating point, the LX106 of an ESP8266, and its C library.
+const XTENSA: [&str; 4] =
+    ["-std=gnu99", "-mlongcalls", "-isystem", "/usr/lib/xtensa-lx106-elf/include"];
+const LIBRARIES_OF_XTENSA: [&str; 6] =
+    ["-nostdlib", "-L/usr/lib/xtensa-lx106-elf/lib", "-lm", "-lc", "-lgcc", "-o"];
+
+/// The compiler takes the file without an option for it, as it takes the files of a sketch.
 #[test]
 #[ignore = "full: compiles for each processor"]
-fn generic_c_compiles_for_an_xtensa_without_an_option() {
+fn generic_c_has_the_bits_of_rust_on_an_xtensa() {
     let temporary = tempfile::tempdir().expect("a temporary directory");
-    let object = temporary.path().join("generic.o");
+    let [program, input] = ["walk", "input"].map(|name| temporary.path().join(name));
     run(Command::new("xtensa-lx106-elf-gcc")
-        .args(["-std=gnu99", "-Os", "-mlongcalls", "-isystem", "/usr/lib/xtensa-lx106-elf/include"])
+        .args(XTENSA)
+        .arg("-Os")
         .args(WARNINGS)
         .arg("-I")
         .arg(ARCHIVE.join("src"))
-        .arg("-c")
         .arg(ARCHIVE.join("src").join(GENERIC).join("footfall_estimator.c"))
-        .arg("-o")
-        .arg(&object));
-    assert!(code_size(&object) > 20_000);
+        .arg(folder().join("examples/board/xtensa.c"))
+        .args(LIBRARIES_OF_XTENSA)
+        .arg(&program));
+    for file in ["walk.csv", "slip.csv"] {
+        let (lines, answer) = walk(file);
+        let samples: Vec<u8> =
+            words_of_samples(&lines).into_iter().flat_map(u32::to_le_bytes).collect();
+        fs::write(&input, samples).expect("a file");
+        let output = run(Command::new("qemu-xtensa")
+            .args(["-cpu", "lx106"])
+            .arg(&program)
+            .stdin(File::open(&input).expect("a file")));
+        let words = output.stdout.as_chunks().0.iter().map(|bytes| u32::from_le_bytes(*bytes));
+        let mut words = words.collect::<Vec<u32>>().into_iter();
+        for (place, line) in answer.lines().enumerate() {
+            let expected = words_of_answer(line);
+            let printed: Vec<u32> = words.by_ref().take(expected.len()).collect();
+            assert_eq!(printed, expected, "{file}: line {place}");
+        }
+        assert_eq!(words.next(), None, "{file}");
+    }
+}
+
+/// Words of the example's input: integers as they are, and the bits of the other numbers.
+fn words_of_samples(lines: &str) -> Vec<u32> {
+    let mut lines = lines.split_whitespace();
+    let rate: f32 = lines.next().and_then(|rate| rate.parse().ok()).expect("a rate");
+    let words = lines.enumerate().map(|(place, word)| match place % 9 {
+        0 | 8 => word.parse().expect("an integer"),
+        _ => word.parse().map(f32::to_bits).expect("a number"),
+    });
+    [rate.to_bits()].into_iter().chain(words).collect()
+}
+
+/// Words of a line of the example's output behind its first word: bits of numbers, and behind them short integers.
+fn words_of_answer(line: &str) -> Vec<u32> {
+    let words = line.split(' ').skip(1);
+    let radix = |word: &str| if word.len() == 8 { 16 } else { 10 };
+    words.map(|word| u32::from_str_radix(word, radix(word)).expect("an integer")).collect()
 }
 
 /// A program that prints the answers to right and wrong calls of each function.
