@@ -1,6 +1,6 @@
 //! Installs each piece of a release from its folder into an empty environment, as a user does, and runs its first example:
 //! the wheel, the Debian package, the programs, the library for C, a crate, and firmware. Only the emulators of the boards
-//! come from the repository.
+//! come from the repository, and the memory map of one for the program of `PlatformIO`.
 
 use std::env::consts::ARCH;
 use std::fmt::Write as _;
@@ -12,6 +12,7 @@ use anyhow::{Context, Result, bail};
 
 use xtask::address::ADDRESS;
 use xtask::command::{Step, is_installed, remove_folder, root};
+use xtask::library;
 use xtask::test::LABORATORY;
 
 use crate::environment::Environment;
@@ -67,15 +68,106 @@ fn main() -> Result<(), estimator_core::ParamsError> {
 }
 "#;
 
+/// First program in C: a foot at rest.
+const IN_C: &str = r#"#include <footfall_estimator.h>
+#include <stdio.h>
+
+static footfall_memory memory;
+
+int main(void) {
+    footfall_params params;
+    footfall_estimator *estimator;
+    footfall_sample sample = {0, {0, 0, 9.81F}, {0, 0, 0}, 0};
+    footfall_estimate estimate;
+    if (footfall_default_params(&params)) return 1;
+    if (footfall_estimator_init(&memory, sizeof memory, &params, &estimator)) return 1;
+    for (; sample.timestamp_us < 1000000; sample.timestamp_us += 1000)
+        if (footfall_estimator_update(estimator, &sample, NULL, &estimate)) return 1;
+    printf("P %.3f\n", (double)estimate.stable);
+    return 0;
+}
+"#;
+
+/// `PlatformIO`, and the program that it builds with, both from `PyPI`.
+const PLATFORMIO: [&str; 2] = ["platformio==6.2.0", "scons==4.8.1"];
+
+/// Files of a project of `PlatformIO` for two platforms: the machine of the test, and a Cortex-M4F in QEMU. They replace what
+/// `PlatformIO` has from its registry, compilers and descriptions of boards: a platform is one file that names a compiler.
+/// `core` is the folder of its own packages, in which it looks for `SCons`.
+const OF_PLATFORMIO: [(&str, &str); 8] = [
+    (
+        "platformio.ini",
+        "[env]
+platform = symlink://@FOLDER@/machines
+lib_deps = file://@ARCHIVE@
+
+[env:host]
+build_src_filter = +<main.c>
+
+[env:emulated]
+board = emulated
+",
+    ),
+    (
+        "machines/platform.json",
+        r#"{"name": "machines", "title": "Machines", "version": "1.0.0", "description": "Installed compilers", "packages": {}}"#,
+    ),
+    (
+        "machines/platform.py",
+        "from platformio.public import PlatformBase
+
+
+class MachinesPlatform(PlatformBase):
+    pass
+",
+    ),
+    (
+        "machines/boards/emulated.json",
+        r#"{
+  "name": "Emulated", "vendor": "QEMU", "url": "https://www.qemu.org", "frameworks": [],
+  "build": {"cpu": "cortex-m4", "mcu": "stm32f405rgt6"},
+  "upload": {"maximum_size": 1048576, "maximum_ram_size": 131072}
+}"#,
+    ),
+    (
+        "machines/builder/main.py",
+        r#"from SCons.Script import Default, DefaultEnvironment
+
+env = DefaultEnvironment()
+if env.get("BOARD"):
+    cpu = env.BoardConfig().get("build.cpu")
+    options = [f"-mcpu={cpu}", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"]
+    memory = "-Wl,--defsym=rom=0x08000000,--defsym=ram=0x20000000,--defsym=ram_size=0x20000"
+    env.Replace(AR="arm-none-eabi-ar", CC="arm-none-eabi-gcc", RANLIB="arm-none-eabi-ranlib")
+    env.Append(CCFLAGS=options, LINKFLAGS=[*options, "--specs=rdimon.specs", "-T", "link.ld", memory])
+Default(env.BuildProgram())
+"#,
+    ),
+    (
+        "core/packages/tool-scons/package.json",
+        r#"{"name": "tool-scons", "version": "4.41101.0", "description": "SCons"}"#,
+    ),
+    (
+        "core/packages/tool-scons/.piopm",
+        r#"{"type": "tool", "name": "tool-scons", "version": "4.41101.0", "spec": {"owner": "platformio", "name": "tool-scons"}}"#,
+    ),
+    ("core/packages/tool-scons/scons.py", "import SCons.Script\n\nSCons.Script.main()\n"),
+];
+
+/// Checks and packs components of ESP-IDF, from `PyPI`.
+const COMPONENT_MANAGER: &str = "idf-component-manager==3.1.2";
+
 /// A piece of a release, and its test.
 type Piece = (&'static str, fn(&Release) -> Result<()>);
 
-const PIECES: [Piece; 8] = [
+const PIECES: [Piece; 10] = [
     ("checksums", check_sums),
     ("wheel", install_wheel),
     ("Debian package", install_debian_package),
     ("programs by the names of cargo binstall", run_programs),
     ("library for C", install_library),
+    ("package for PlatformIO", build_with_platformio),
+    ("component of ESP-IDF", pack_component),
     ("crate", add_crate),
     ("firmware", boot_firmware),
     ("UF2", boot_uf2),
@@ -237,14 +329,18 @@ fn expect_stable_at_end(table: &Path) -> Result<()> {
     expect_stable(&format!("P {}", last.unwrap_or_default()))
 }
 
+/// Unpacks the archive of the library, and returns its folder.
+fn unpack_library(release: &Release, to: &Path) -> Result<PathBuf> {
+    let archive = release.file(&format!("footfall-estimator-{VERSION}"), ".zip")?;
+    let (archive, path) = (archive.display().to_string(), to.display().to_string());
+    Step::program("python3").with(["-m", "zipfile", "-e", &archive, &path]).run()?;
+    Ok(to.join("footfall_estimator"))
+}
+
 /// Builds the example of the archive with `CMake`, and runs it over a foot at rest.
 fn install_library(release: &Release) -> Result<()> {
-    let archive = release.file(&format!("footfall-estimator-{VERSION}"), ".zip")?;
     let folder = release.folder("library")?;
-    let path = folder.display().to_string();
-    let unpack = ["-m", "zipfile", "-e", &archive.display().to_string(), &path];
-    Step::program("python3").with(unpack).run()?;
-    let unpacked = folder.join("footfall_estimator");
+    let unpacked = unpack_library(release, &folder)?;
     Step::program("cmake")
         .at(&folder)
         .with(["-S", &unpacked.join("examples").display().to_string(), "-B", "build"])
@@ -260,6 +356,82 @@ fn install_library(release: &Release) -> Result<()> {
     let printed = walk.output()?;
     // The decision stands behind the probability.
     expect_stable(printed.trim_end().trim_end_matches("stable"))
+}
+
+/// Lets `PlatformIO` install the archive into a project and build it for this machine and for a Cortex-M4F, and runs both
+/// programs.
+fn build_with_platformio(release: &Release) -> Result<()> {
+    for (program, packages) in [
+        ("arm-none-eabi-gcc", "gcc-arm-none-eabi libnewlib-arm-none-eabi"),
+        ("qemu-system-arm", "qemu-system-arm"),
+    ] {
+        if !is_installed(program) {
+            bail!("{program} is not installed (Debian: apt-get install {packages})");
+        }
+    }
+    let environment = Environment::create("platformio")?;
+    environment.install(PLATFORMIO)?;
+    let archive = release.file(&format!("footfall-estimator-{VERSION}"), ".zip")?;
+    let folder = release.folder("platformio")?;
+    let (at, archive) = (folder.display().to_string(), archive.display().to_string());
+    let board = root().join("estimator-c/examples/board");
+    let read = |name: &str| fs::read_to_string(board.join(name)).with_context(|| name.to_owned());
+    let (start, map) = (read("startup.c")?, read("link.ld")?);
+    let files = [("src/main.c", IN_C), ("src/startup.c", &start), ("link.ld", &map)];
+    for (name, text) in OF_PLATFORMIO.into_iter().chain(files) {
+        let path = folder.join(name);
+        fs::create_dir_all(path.parent().context("a file has a folder")?)?;
+        fs::write(path, text.replace("@FOLDER@", &at).replace("@ARCHIVE@", &archive))?;
+    }
+    environment
+        .python()
+        .at(&folder)
+        .env("PLATFORMIO_CORE_DIR", folder.join("core"))
+        .env("PLATFORMIO_SETTING_ENABLE_TELEMETRY", "no")
+        .with(["-m", "platformio", "run"])
+        .run()?;
+    let program = |platform: &str| {
+        folder.join(".pio/build").join(platform).join("program").display().to_string()
+    };
+    expect_stable(&Step::program(&program("host")).output()?)?;
+    let emulated = Step::program("qemu-system-arm")
+        .with(["-machine", "netduinoplus2", "-nographic", "-monitor", "none", "-serial", "none"])
+        .with(["-semihosting-config", "enable=on,target=native", "-kernel", &program("emulated")]);
+    expect_stable(&emulated.output()?)
+}
+
+/// Lets the component manager of ESP-IDF check the archive's folder and pack it, with the library of each chip and the file
+/// of C. A build would need ESP-IDF and its compilers.
+fn pack_component(release: &Release) -> Result<()> {
+    let environment = Environment::create("esp-idf")?;
+    environment.install([COMPONENT_MANAGER])?;
+    let folder = release.folder("esp-idf")?;
+    let component = unpack_library(release, &folder.join("components"))?;
+    let packed = folder.join("packed");
+    let pack = ["component", "pack", "--name", "footfall_estimator", "--dest-dir"];
+    let compote =
+        "import sys; from idf_component_manager.cli import safe_cli; sys.exit(safe_cli())";
+    environment
+        .python()
+        .at(&component)
+        .with(["-c", compote])
+        .with(pack)
+        .with([packed.display().to_string()])
+        .run()?;
+    let archive = packed.join(format!("footfall_estimator_{VERSION}.tgz")).display().to_string();
+    let list = ["--list", "--gzip", "--file", &archive];
+    let listed = Step::program("tar").with(list).output()?;
+    for chip in library::folders().filter(|folder| folder.starts_with("esp32")) {
+        let file = format!("./src/{chip}/libfootfall_estimator.a");
+        if !listed.lines().any(|line| line == file) {
+            bail!("the component lacks {file}");
+        }
+    }
+    if !listed.lines().any(|line| line == "./src/generic/footfall_estimator.c") {
+        bail!("the component lacks the file of C");
+    }
+    println!("{archive}");
+    Ok(())
 }
 
 /// Adds the packed estimator to a new package, and runs a program with it.
