@@ -8,7 +8,7 @@ import footfall
 import numpy as np
 import pytest
 
-from . import ablate, odometry, peers
+from . import ablate, choose, odometry, peers
 from .resample import resample
 from .results import ROOT, Result
 from .score import Answers, Figures, bins
@@ -164,3 +164,18 @@ def test_differing_figure_is_named_with_its_place() -> None:
     rows = [{**row, "mean_deg": 9.0} if k == 1 else row for k, row in enumerate(of["rows"])]
     [difference] = Result("attitude-peers", "", "", rows=rows).differences()
     assert difference.startswith("laboratory/results/attitude-peers.json.rows[VQF].mean_deg is 9.0, not")
+
+
+def test_search_draws_again_where_a_constant_is_out_of_its_range(monkeypatch: pytest.MonkeyPatch) -> None:
+    recording = labelled(np.tile([0.0, 0.0, peers.GRAVITY], (100, 1)), np.zeros((100, 3)))
+    judged = choose.Judged("made", "made", recording)
+
+    def by_robot(judged: list[choose.Judged], changed: list[tuple[str, float]]) -> dict[str, tuple[float, float]]:
+        # The least value is at 1.2, where the constant is refused.
+        for one in judged:
+            one.figures(changed)
+        return {"made": (abs(dict(changed)["turn_settled"] - 1.2), 0.0)}
+
+    monkeypatch.setattr(choose, "by_robot", by_robot)
+    found = dict(choose.search([judged], 120))["turn_settled"]
+    assert 0.9 < found <= 1.0

@@ -407,7 +407,12 @@ fn without_robot_in_short(result: &Stored) -> Result<String> {
         .iter()
         .map(|row| {
             let (without, with) = (fixed(row, "without_rmse", 3)?, fixed(row, "rmse", 3)?);
-            Ok(format!("{without} instead of {with} on {}", row.text("robot")?))
+            let robot = match row.text("robot")? {
+                "shoe" => "the shoe",
+                "simulated" => "the simulated foot",
+                name => name,
+            };
+            Ok(format!("{without} instead of {with} on {robot}"))
         })
         .collect();
     Ok(filled(&format!(
