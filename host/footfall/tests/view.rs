@@ -58,6 +58,13 @@ fn stalled_client_delays_no_other() {
     client(&["slow", PROGRAM, "demo:feet=4,speed=max"]);
 }
 
+#[test]
+fn two_hundred_slow_clients_take_bounded_memory() {
+    if let Some(counts) = client(&["crowd", PROGRAM, "demo:feet=4,speed=max"]) {
+        assert!(counts.starts_with("16 clients, 185 refused, "), "{counts}");
+    }
+}
+
 /// A running `footfall view` of a simulated foot, with its port and its output.
 struct Viewed {
     process: std::process::Child,

@@ -2,6 +2,7 @@
 
 usage: view.py compare PROGRAM SOURCE REC.mcap
        view.py slow PROGRAM SOURCE
+       view.py crowd PROGRAM SOURCE
 
 `compare` subscribes to every announced channel, and decodes the messages with the announced definitions. They must
 equal the messages that `footfall record` has written of the same source, in order, up to the last message of each
@@ -9,6 +10,8 @@ topic. Then `compare` checks that it would detect a missing message and a change
 messages of each topic.
 
 `slow` subscribes and reads nothing, while another client receives more messages than the server queues for a client.
+
+`crowd` does the same with two hundred clients, some of which the server refuses, and bounds the memory of the server.
 """
 
 import contextlib
@@ -20,6 +23,7 @@ import json
 import math
 import re
 import signal
+import socket
 import struct
 import subprocess
 import sys
@@ -40,6 +44,11 @@ QUEUE = 1 << 16
 LOOK_S = 0.5
 # Least time from the first contact of each foot to the end, s on the clock of the feet.
 LEAST_S = 2.0
+# Clients of a crowd, the most that the server takes, and the memory that the server may use, MiB: 4 MiB for each of them,
+# and the program itself.
+CROWD = 200
+MOST_CLIENTS = 16
+MOST_MIB = 4 * MOST_CLIENTS + 96
 # End of the topics with a message each millisecond.
 OFTEN = "/contact"
 # Time after which the script counts as hung, s. It then ends, and prints the line at which it hangs.
@@ -312,6 +321,69 @@ def main_slow(program, source):
         server.stop()
 
 
+def memory_mib(process):
+    """Largest resident memory of a process so far."""
+    with open(f"/proc/{process.pid}/status", encoding="utf-8") as file:
+        [line] = [line for line in file if line.startswith("VmHWM:")]
+    return int(line.split()[1]) / 1024
+
+
+def slow_client(url):
+    """A connection of a client that will read nothing but the answer to its handshake; None if it is refused.
+
+    It is a bare socket, because a library would read in the background.
+    """
+    host, port = url.removeprefix("ws://").split(":")
+    client = socket.socket()
+    client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    client.connect((host, int(port)))
+    request = [
+        "GET / HTTP/1.1", f"Host: {host}:{port}", "Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13",
+        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==", f"Sec-WebSocket-Protocol: {PROTOCOL}", "", "",
+    ]
+    try:
+        client.sendall("\r\n".join(request).encode())
+        if client.recv(12) == b"HTTP/1.1 101":
+            return client
+    except ConnectionError:
+        # The server has closed the connection before it got the request.
+        pass
+    client.close()
+    return None
+
+
+def text_frame(text):
+    """A short message of a client, with the mask 0."""
+    data = text.encode()
+    return struct.pack(">BBHI", 0x81, 0x80 | 126, len(data), 0) + data
+
+
+def main_crowd(program, source):
+    with served(program, source) as server, contextlib.ExitStack() as crowd:
+        reader = crowd.enter_context(connected(server.url, max_queue=None))
+        # The channels of all feet.
+        topics = {}
+        while sum(topic.endswith(OFTEN) for topic in topics) < 4:
+            for channel in json.loads(reader.recv()).get("channels", []):
+                topics[channel["topic"]] = channel["id"]
+        clients = [client for client in (slow_client(server.url) for _ in range(CROWD)) if client]
+        assert len(clients) == MOST_CLIENTS - 1, len(clients)
+        everything = [{"id": number, "channelId": number} for number in topics.values()]
+        for client in clients:
+            crowd.enter_context(client)
+            client.sendall(text_frame(json.dumps({"op": "subscribe", "subscriptions": everything})))
+        [often] = [number for topic, number in topics.items() if topic == f"/footfall/FL{OFTEN}"]
+        reader.send(json.dumps({"op": "subscribe", "subscriptions": [{"id": often, "channelId": often}]}))
+        received = 0
+        while received < QUEUE // 2:
+            received += not isinstance(reader.recv(), str)
+        used = memory_mib(server.process)
+        assert used < MOST_MIB, used
+        said = server.stop()
+        assert sum("further ones are refused" in line for line in said) == 1, said
+        print(f"{len(clients) + 1} clients, {CROWD - len(clients)} refused, {used:.0f} MiB")
+
+
 if __name__ == "__main__":
     faulthandler.dump_traceback_later(HANGS_S, exit=True)
-    {"compare": main_compare, "slow": main_slow}[sys.argv[1]](*sys.argv[2:])
+    {"compare": main_compare, "slow": main_slow, "crowd": main_crowd}[sys.argv[1]](*sys.argv[2:])
