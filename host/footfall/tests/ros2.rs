@@ -67,6 +67,11 @@ fn second_node_of_one_name_or_foot_is_reported_once() {
 }
 
 #[test]
+fn messages_for_a_stopped_subscriber_are_counted() {
+    check("slow", "demo:speed=10");
+}
+
+#[test]
 fn cyclonedds_receives_every_message_of_four_feet() {
     let Some(packages) = packages::install("python-ros2", REQUIREMENTS) else { return };
     // The walk is longer than topic discovery by the subscriber, and slow for machines that stall.

@@ -8,10 +8,16 @@ Usage:
         compares the stamps of a foot FL with the clock of this machine
     ros2.py namesake FOOTFALL ROS2-ARGUMENT...
         expects one warning about another node of the same name, and none beside a node of another name
+    ros2.py slow FOOTFALL ROS2-ARGUMENT...
+        stops a reliable subscriber of a foot FL, and expects a warning about messages that were not sent
+    ros2.py hold DOMAIN
+        subscribes to the contacts of a foot FL, and prints a line when it has received one
 """
 
 import faulthandler
 import functools
+import re
+import signal
 import subprocess
 import sys
 import time
@@ -242,6 +248,39 @@ def check_namesake(footfall, *arguments):
     assert errors == ["", "", ""], errors
 
 
+def hold(domain):
+    """A reliable subscriber, which another process stops."""
+    participant = DomainParticipant(int(domain))
+    qos = Qos(Policy.Reliability.Reliable(0), Policy.Durability.Volatile, Policy.History.KeepAll)
+    reader = DataReader(participant, Topic(participant, "rt/footfall/FL/contact", Contact), qos=qos)
+    while not any(isinstance(sample, Contact) for sample in reader.take(100)):
+        time.sleep(0.01)
+    print("received", flush=True)
+    while True:
+        time.sleep(1.0)
+
+
+def check_slow(footfall, *arguments):
+    """A reliable subscriber that has stopped acknowledges nothing. Messages that no longer fit are counted by topic."""
+    domain = arguments[arguments.index("--domain-id") + 1]
+    expected = r"/footfall/FL/contact: \d+ messages were not sent: a reliable subscriber did not keep up"
+    # A busy machine needs longer for as many messages as are kept for a subscriber.
+    for seconds in (4.0, 8.0, 16.0, 32.0):
+        subscriber = subprocess.Popen([sys.executable, __file__, "hold", domain], stdout=subprocess.PIPE, text=True)
+        program = subprocess.Popen([footfall, "ros2", *arguments], stderr=subprocess.PIPE, text=True)
+        try:
+            assert subscriber.stdout.readline() == "received\n"
+            subscriber.send_signal(signal.SIGSTOP)
+            time.sleep(seconds)
+            errors = ended(program)
+        finally:
+            subscriber.kill()
+            subscriber.wait()
+        if re.search(expected, errors):
+            return
+    raise AssertionError(errors)
+
+
 def check_all(*arguments):
     check_package()
     published = recorded(arguments[3])
@@ -337,5 +376,5 @@ def check_other(messages, published, values, whose):
 
 
 faulthandler.dump_traceback_later(HANGS_S, exit=True)
-CHECKS = {"all": check_all, "now": check_now, "namesake": check_namesake}
+CHECKS = {"all": check_all, "now": check_now, "namesake": check_namesake, "slow": check_slow, "hold": hold}
 CHECKS[sys.argv[1]](*sys.argv[2:])
