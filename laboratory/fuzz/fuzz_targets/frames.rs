@@ -1,6 +1,6 @@
 #![no_main]
 
-#[path = "../../tests/robustness/targets.rs"]
+#[path = "../../../wire/tests/robustness/targets.rs"]
 #[allow(dead_code)]
 mod targets;
 
