@@ -20,6 +20,15 @@ const MORE_TESTS: [&str; 4] = ["--test", "thorough", "--test", "python"];
 /// Packages with all features.
 const ALL_FEATURES: [&str; 2] = ["--features", "host-tests/full"];
 
+/// Manifests of all workspaces. Besides the product and the laboratory, there are programs with other HALs or lock files.
+const WORKSPACES: [&str; 5] = [
+    "Cargo.toml",
+    "firmware/boards/rp/Cargo.toml",
+    "laboratory/Cargo.toml",
+    "laboratory/fuzz/Cargo.toml",
+    "laboratory/rp2350/Cargo.toml",
+];
+
 /// Turns each warning of clippy into an error.
 const DENY: [&str; 3] = ["--", "-D", "warnings"];
 
@@ -56,8 +65,9 @@ fn require_everything(step: Step) -> Step {
 pub fn gate() -> Result<()> {
     let clock = Clock::start();
     clock.heading("format");
-    Step::cargo(&["fmt", "--all", "--check"]).run()?;
-    Step::cargo(&["fmt", "--all", "--check"]).with(LABORATORY).run()?;
+    for manifest in WORKSPACES {
+        Step::cargo(&["fmt", "--all", "--check", "--manifest-path", manifest]).run()?;
+    }
 
     clock.heading("tests");
     let cpu_s_before = cpu_s_of_children()?;
@@ -84,6 +94,7 @@ pub fn gate() -> Result<()> {
         .with(["--package", "board-proofs"])
         .with(DENY)
         .run()?;
+    uf2::lint()?;
 
     clock.heading("documentation");
     document(&[])?;
@@ -267,9 +278,9 @@ pub fn part(name: &str) -> Result<()> {
 /// Target folder of builds with all features.
 const FULL_TARGET: [&str; 2] = ["--target-dir", "target/full"];
 
-/// Lints the program without a feature and with each feature alone, the formats for a log on the target, and the
-/// programs of the boards with UF2 files. Then lints, documents and tests everything with all features. The gate leaves
-/// all of it out, because the dependencies take minutes to compile.
+/// Lints the program without a feature and with each feature alone, and the formats for a log on the target. Then lints,
+/// documents and tests everything with all features. The gate leaves all of it out, because the dependencies take minutes
+/// to compile.
 fn features() -> Result<()> {
     Step::cargo(&["clippy", "--locked", "--all-targets"])
         .with(PACKAGES)
@@ -287,7 +298,6 @@ fn features() -> Result<()> {
         .with(["--package", "footfall-wire", "--features", "footfall-wire/defmt"])
         .with(DENY)
         .run()?;
-    uf2::lint()?;
     let features = "footfall-program/all,host-tests/full,replay/parquet,tables/parquet";
     Step::cargo(&["test", "--locked", "--no-fail-fast"])
         .with(FULL_TARGET)
