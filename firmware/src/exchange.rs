@@ -1,6 +1,6 @@
 //! Exchange of a foot with the rest of the program in a tick: [`Received`] goes in, an [`Outbox`] comes out.
 //!
-//! Both have a fixed size of some kilobytes. They are lent, because a move each millisecond would cost more than the rest
+//! Both have a fixed size of some kilobytes. They are lent, because a move at each tick would cost more than the rest
 //! of the tick.
 
 use estimator_core::Timestamp;

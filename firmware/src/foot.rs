@@ -1,6 +1,6 @@
 //! The foot: a function of its inputs. A tick takes a sample and what has arrived, and gives what is to be sent.
 //!
-//! [`Foot::tick`] lists the steps up to the frames of the millisecond on the bus. [`Foot::stream`] makes the messages of the
+//! [`Foot::tick`] lists the steps up to the frames of the tick on the bus. [`Foot::stream`] makes the messages of the
 //! serial line. [`Foot::respond`] lists the steps that have no deadline. This file follows their order:
 //!
 //! - reports of the start, and inputs up to the first request with a response;

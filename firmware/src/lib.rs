@@ -34,7 +34,7 @@
 //! flash:
 //!
 //! - **Sampling** owns the sensor and the [`Foot`], and runs at interrupt priority. [`tasks::sample`] calls
-//!   [`Foot::tick`](foot::Foot::tick) once a millisecond, whatever the sensor does, and passes its outbox to [`Ports`].
+//!   [`Foot::tick`](foot::Foot::tick) at each tick, whatever the sensor does, and passes its outbox to [`Ports`].
 //! - **Communication** moves bytes between the buses and [`Ports`]. It belongs to the board, because buses differ.
 //! - **Thread** stores settings, feeds the watchdog and drives the LED.
 //!

@@ -18,8 +18,9 @@
 //! | too many or too few edges, if they are counted | three bad ticks in five | 3 ticks |
 //! | outputs at the end of the range for long | [`SATURATED_TICKS`] in a row; until then each sample is flagged | 50 ticks |
 //!
-//! **Slow bus.** After three errors of the bus, each within 1000 samples of the previous one, its clock is halved, down to
-//! 1.25 MHz: long wires or a level shifter may leave no time to read the data line. These count as errors:
+//! **Slow bus.** After three errors of the bus, each within 1000 samples of the previous one, its speed is
+//! [reduced](BusSpeed::slower) by a step, which halves the clock of SPI: long wires or a level shifter may leave no time to
+//! read the data line. These count as errors:
 //!
 //! - a start, or a run of measurements, that ends because identity or registers read wrong (failed starts take no samples);
 //! - a register that is read correctly only at the second attempt;
@@ -27,10 +28,10 @@
 //!
 //! A board with wires of unknown quality starts below the speed for which it is made. At each start of the sensor the next
 //! faster speed is tried before the first sample: every register of the configuration is read back 32 times. A speed with
-//! a wrong reading is not tried again, nor is a speed that was halved.
+//! a wrong reading is not tried again, nor is a speed that was left after three errors.
 //!
 //! **Lost edges.** If edges are missing but samples are new, the fault is in the line of the edges. Samples are then
-//! read at the end of the wait for an edge, and this is reported, until edges have come for a second again. Reading by
+//! read at the end of the wait for an edge, and this is reported, until edges have come for 1000 ticks again. Reading by
 //! the timer begins:
 //!
 //! - after the third missing edge, if single edges are missing, each within 50 ticks of the previous one;
@@ -76,10 +77,10 @@ const SETTLED_TICKS: u32 = 1000;
 /// First and longest wait between two attempts to start the sensor, ticks.
 const BACK_OFF_TICKS: (u32, u32) = (10, 1000);
 
-/// Errors of the bus after which its clock is halved. The sensor's data line may be too slow for the clock.
+/// Errors of the bus after which its speed is reduced. The sensor's data line may be too slow for the clock.
 const SLOW_AFTER: u32 = 3;
 
-/// Number of times that all registers are read back at a faster clock of the bus before it is used.
+/// Number of times that all registers are read back at a higher speed of the bus before it is used.
 const TRIALS: u32 = 32;
 
 /// Wait before each of them, µs.
@@ -130,7 +131,7 @@ pub trait Ticks {
 }
 
 /// Runs the sensor forever. Starts it, with its self-test if `self_test` is set, and reads it each tick. Restarts it
-/// after a fault, after waits that double from 10 ms to 1 s. `each` is called with every tick and its measurement.
+/// after a fault, after waits that double from 10 to 1000 ticks. `each` is called with every tick and its measurement.
 pub async fn run<BUS: AsyncBus + SetBusSpeed>(
     mut sensor: Sensor<BUS>,
     mut delay: impl DelayNs,
@@ -403,8 +404,8 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
         Self { bus: BusHealth { speed, ..self.bus }, fastest, ..self }
     }
 
-    /// Counts a misread, or a start that failed because of one. [`SLOW_AFTER`] of them, each within a second of the
-    /// previous one, halve the clock of the bus until the board restarts.
+    /// Counts a misread, or a start that failed because of one. [`SLOW_AFTER`] of them, each within 1000 ticks of the
+    /// previous one, reduce the speed of the bus by a step until the board restarts.
     fn count_bus_error(&mut self) {
         let is_soon = self.watch.turn.wrapping_sub(self.error_turn) <= SETTLED_TICKS as usize;
         self.bus_errors = if is_soon { self.bus_errors + 1 } else { 1 };
@@ -428,7 +429,7 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
             let proven = self.bus.speed;
             self.set_speed(proven.faster());
             for _ in 0..TRIALS {
-                // The ticks go on: reading all registers takes half a millisecond.
+                // The ticks go on: SPI may read all registers without a wait, for half a millisecond.
                 delay.delay_us(TRIAL_MICROS).await;
                 let identity = self.driver.check_identity().await;
                 if identity.is_err() || self.driver.verify().await.is_err() {
@@ -655,14 +656,15 @@ mod tests {
 
     #[test]
     fn bus_is_raised_to_the_fastest_speed_that_reads_right() {
-        // Delay of the part's data after the clock's edge, ns, which must be less than half a period: 200 ns at `Half`, 400 at `Quarter`.
-        for (sdo_delay_ns, speed) in [(25, BusSpeed::Half), (300, BusSpeed::Quarter)] {
+        // Delay of the part's data after the clock's edge, ns. It must be less than half a period, which is 200 ns at
+        // the reduced and 400 ns at the lowest speed.
+        for (sdo_delay_ns, speed) in [(25, BusSpeed::Reduced), (300, BusSpeed::Lowest)] {
             let options = PartOptions { sdo_delay_ns, ..PartOptions::DEFAULT };
             let part = Part::with_options(|_: f64| Stimulus::REST, options).shared();
             let mut spi = part.spi();
-            spi.set_bus_speed(BusSpeed::Quarter);
+            spi.set_bus_speed(BusSpeed::Lowest);
             let mut sensor = Sensor::new(spi, Config::FRESH_KILOHERTZ)
-                .with_bus_speeds(BusSpeed::Quarter, BusSpeed::Half);
+                .with_bus_speeds(BusSpeed::Lowest, BusSpeed::Reduced);
             let mut delay = part.delay();
             let mut context = Context::from_waker(Waker::noop());
             let started = pin!(sensor.start(&mut delay)).poll(&mut context);

@@ -80,13 +80,15 @@ pub const SPI_MODE: Mode = MODE_3;
 /// ns.
 pub const SPI_MAX_HERTZ: u32 = 10_000_000;
 
-/// Speed of the part's bus, slowest first, as a fraction of the speed for which the board is made.
+/// Speed of the part's bus, slowest first. A board with SPI has the clocks of [`BusSpeed::spi_hertz`], one with I²C chooses
+/// its own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum BusSpeed {
-    /// A quarter. SPI leaves room for clock edges of 200 ns.
-    Quarter,
-    /// A half. SPI leaves room for a data line slower than that of any part, as with long wires or level shifters.
-    Half,
+    /// The lowest speed. SPI, at a quarter of its full clock, leaves room for clock edges of 200 ns.
+    Lowest,
+    /// A speed between the others. SPI, at half of its full clock, leaves room for a data line slower than that of any
+    /// part, as with long wires or level shifters.
+    Reduced,
     /// The full speed.
     #[default]
     Full,
@@ -94,15 +96,15 @@ pub enum BusSpeed {
 
 impl BusSpeed {
     /// All speeds, slowest first.
-    pub const ALL: [Self; 3] = [Self::Quarter, Self::Half, Self::Full];
+    pub const ALL: [Self; 3] = [Self::Lowest, Self::Reduced, Self::Full];
 
-    /// Clock of SPI, Hz: half of [`SPI_MAX_HERTZ`] at full speed.
+    /// Clock of SPI, Hz: half of [`SPI_MAX_HERTZ`] at full speed, then a quarter and an eighth.
     #[must_use]
     pub const fn spi_hertz(self) -> u32 {
         match self {
             Self::Full => SPI_MAX_HERTZ / 2,
-            Self::Half => SPI_MAX_HERTZ / 4,
-            Self::Quarter => SPI_MAX_HERTZ / 8,
+            Self::Reduced => SPI_MAX_HERTZ / 4,
+            Self::Lowest => SPI_MAX_HERTZ / 8,
         }
     }
 
@@ -110,8 +112,8 @@ impl BusSpeed {
     #[must_use]
     pub const fn faster(self) -> Self {
         match self {
-            Self::Quarter => Self::Half,
-            Self::Half | Self::Full => Self::Full,
+            Self::Lowest => Self::Reduced,
+            Self::Reduced | Self::Full => Self::Full,
         }
     }
 
@@ -119,8 +121,8 @@ impl BusSpeed {
     #[must_use]
     pub const fn slower(self) -> Self {
         match self {
-            Self::Full => Self::Half,
-            Self::Half | Self::Quarter => Self::Quarter,
+            Self::Full => Self::Reduced,
+            Self::Reduced | Self::Lowest => Self::Lowest,
         }
     }
 }

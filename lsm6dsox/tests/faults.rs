@@ -178,7 +178,7 @@ fn slow_data_line_is_one_bit_late_until_the_clock_is_halved() {
         let read = sensor.init(&mut part.delay());
         let expected = if late { Err(Error::Identity { read: 0x6C >> 1 }) } else { Ok(()) };
         assert_eq!(read, expected, "{ns} ns");
-        part.spi().set_bus_speed(BusSpeed::Half);
+        part.spi().set_bus_speed(BusSpeed::Reduced);
         assert_eq!(sensor.init(&mut part.delay()), Ok(()), "{ns} ns");
     }
 }

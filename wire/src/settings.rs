@@ -54,7 +54,7 @@ pub struct UartStreams {
 pub enum Trigger {
     /// Never.
     Off,
-    /// Every N ticks of 1 ms.
+    /// Every N ticks. A tick is 1 ms on each board with CAN.
     Ticks(u16),
     /// With every N-th SYNC.
     Sync(u8),

@@ -430,8 +430,9 @@ impl Node {
         Some(CanFrame::of(id, emergency.encode()))
     }
 
-    /// Advances by one tick, with a new estimate. Calls `send` with the kind of each frame that is due and the frame,
-    /// the contact first.
+    /// Advances by one tick, with a new estimate. Calls `send` with the kind of each frame that is due and the frame: an
+    /// emergency message of the load, process data with the contact first, the heartbeat, then emergency messages that
+    /// could not be sent before.
     ///
     /// A frame that cannot be sent still advances its sequence, so that the gap is visible.
     pub fn tick(&mut self, published: &Published, mut send: impl FnMut(Due, CanFrame)) {

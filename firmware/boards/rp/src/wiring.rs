@@ -24,11 +24,11 @@ pub struct Wiring {
 
 /// Clock of the sensor's bus, Hz.
 pub const fn bus_hertz(speed: BusSpeed) -> u32 {
-    let [full, half, quarter] = BUS_HERTZ;
+    let [full, reduced, lowest] = BUS_HERTZ;
     match speed {
         BusSpeed::Full => full,
-        BusSpeed::Half => half,
-        BusSpeed::Quarter => quarter,
+        BusSpeed::Reduced => reduced,
+        BusSpeed::Lowest => lowest,
     }
 }
 

@@ -70,8 +70,8 @@ const fn burst_micros(speed: BusSpeed) -> u32 {
 const fn divider(speed: BusSpeed) -> Br {
     match speed {
         BusSpeed::Full => Br::DIV16,
-        BusSpeed::Half => Br::DIV32,
-        BusSpeed::Quarter => Br::DIV64,
+        BusSpeed::Reduced => Br::DIV32,
+        BusSpeed::Lowest => Br::DIV64,
     }
 }
 

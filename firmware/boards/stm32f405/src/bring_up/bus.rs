@@ -62,8 +62,8 @@ pub(super) async fn measure(out: &mut Out, bus: &mut SensorBus, diagnosis: &mut 
             Verdict::when(wrong == 0, "wires of SPI and CS; supply of the sensor")
         };
         let name = match speed {
-            BusSpeed::Quarter => "sensor's bus, 1.25 MHz",
-            BusSpeed::Half => "sensor's bus, 2.5 MHz",
+            BusSpeed::Lowest => "sensor's bus, 1.25 MHz",
+            BusSpeed::Reduced => "sensor's bus, 2.5 MHz",
             BusSpeed::Full => "sensor's bus, 5 MHz",
         };
         let value = format_args!("{wrong} of {reads} wrong");

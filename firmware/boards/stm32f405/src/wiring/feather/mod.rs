@@ -17,7 +17,7 @@ super::wiring! {
         from_sensor: PA6,
         select: PA4,
         data_ready: PB10, TIM2 Ch3, XOR,
-        speed: Quarter to Half,
+        speed: Lowest to Reduced,
     },
     can: { transmit: PB9, receive: PB8 },
     uart: { transmit: PB6, receive: PB7 },
