@@ -20,7 +20,8 @@ use wire::CanFrame;
 use wire::foot::cob_id;
 use wire::pdo::{Load, Pdo};
 
-use crate::{COMMUNICATION_PRIORITY, URGENT_PRIORITY, clocks, timebase, wiring};
+use crate::wiring::CanParts;
+use crate::{COMMUNICATION_PRIORITY, URGENT_PRIORITY, clocks, timebase};
 
 /// Task that waits for a frame.
 static FRAME_CAME: AtomicWaker = AtomicWaker::new();
@@ -61,14 +62,6 @@ const FRAME: Duration = Duration::from_millis(2);
 /// Whether the controller has joined a bus: see [`bus_state`].
 static STARTED: AtomicBool = AtomicBool::new(false);
 
-/// Peripherals before the bit rate is known.
-pub struct Parts {
-    /// Owned, so that no other code uses it.
-    pub(crate) _controller: Peri<'static, peripherals::CAN1>,
-    pub(crate) receive: Peri<'static, wiring::CanReceive>,
-    pub(crate) transmit: Peri<'static, wiring::CanTransmit>,
-}
-
 /// Settings of the controller.
 pub struct Control {
     /// Owned, so that they stay connected.
@@ -84,7 +77,7 @@ pub struct Receiver {
     overrun: bool,
 }
 
-impl Parts {
+impl CanParts {
     /// Joins the bus at `bit_rate`.
     pub fn start(self, bit_rate: u32) -> (Control, Sender, Receiver) {
         /// Alternate function of the pins (DS8626, table 9).
@@ -207,7 +200,7 @@ fn initialise() -> bool {
     })
 }
 
-/// The mailboxes of the controller, once [`Parts::start`] has returned.
+/// The mailboxes of the controller, once [`CanParts::start`] has returned.
 pub struct Can1Mailboxes;
 
 impl Mailboxes for Can1Mailboxes {

@@ -40,6 +40,8 @@ use wire::Diagnosis;
 use wire::diagnosis::Reset;
 use wire::foot::serial_number;
 
+use crate::wiring::{CanParts, UartParts};
+
 /// Header in front of a program, as a debug probe writes it. The header of an update also has a hash and a signature.
 #[used]
 #[unsafe(link_section = ".header")]
@@ -89,9 +91,9 @@ struct Peripherals {
     /// Load sensor.
     load: load::LoadSensor,
     /// CAN, not yet on the bus.
-    can: can::Parts,
+    can: CanParts,
     /// The serial line, not yet running.
-    uart: uart::Parts,
+    uart: UartParts,
     /// Flash of the configuration.
     flash: flash::ConfigFlash,
     /// Lit when high.

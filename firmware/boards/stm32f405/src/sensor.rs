@@ -12,11 +12,11 @@ use embassy_stm32::pac::dma::regs::{Cr, Ixr, Ndtr};
 use embassy_stm32::pac::spi::regs::Cr1;
 use embassy_stm32::pac::spi::vals::Br;
 use embassy_stm32::pac::{DMA2, RCC, SPI1};
+use embassy_stm32::peripherals;
 use embassy_stm32::spi::mode::Master;
 use embassy_stm32::spi::{Config, MODE_3, Spi};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::input_capture::CapturePin;
-use embassy_stm32::{Peri, peripherals};
 use embassy_time::{Duration, Timer};
 use embedded_hal_async::delay::DelayNs;
 use embedded_hal_async::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
@@ -24,7 +24,7 @@ use lsm6dsox::{BusSpeed, SetBusSpeed};
 
 use crate::URGENT_PRIORITY;
 use crate::timebase::Deadline;
-use crate::wiring;
+use crate::wiring::{self, SensorParts};
 
 /// Delay by the HAL's timer, at least as long as requested.
 pub struct Delay;
@@ -86,21 +86,7 @@ pub struct SensorBus {
     burst_micros: u32,
 }
 
-/// Peripherals.
-pub(crate) struct Parts {
-    pub controller: Peri<'static, peripherals::SPI1>,
-    pub clock: Peri<'static, wiring::SensorClock>,
-    pub to_sensor: Peri<'static, wiring::ToSensor>,
-    pub from_sensor: Peri<'static, wiring::FromSensor>,
-    pub select: Peri<'static, wiring::SensorSelect>,
-    pub data_ready: Peri<'static, wiring::DataReady>,
-    /// Owned, so that no other code uses it: the HAL is bypassed.
-    pub _transmit_dma: Peri<'static, peripherals::DMA2_CH3>,
-    /// Likewise.
-    pub _receive_dma: Peri<'static, peripherals::DMA2_CH0>,
-}
-
-impl Parts {
+impl SensorParts {
     /// Opens the bus and connects the data-ready line to the timer.
     pub fn start(self) -> SensorBus {
         let mut config = Config::default();

@@ -14,11 +14,12 @@ use embassy_stm32::pac::dma::regs::{Cr, Ixr, Ndtr};
 use embassy_stm32::pac::usart::regs::Sr;
 use embassy_stm32::pac::{self, DMA2};
 use embassy_stm32::usart::{self, Config, RingBufferedUartRx, Uart, UartTx};
-use embassy_stm32::{Peri, bind_interrupts, dma, peripherals};
+use embassy_stm32::{bind_interrupts, dma, peripherals};
 use embassy_sync::waitqueue::AtomicWaker;
 use static_cell::ConstStaticCell;
 
-use crate::{Barrier, COMMUNICATION_PRIORITY, URGENT_PRIORITY, wiring};
+use crate::wiring::UartParts;
+use crate::{Barrier, COMMUNICATION_PRIORITY, URGENT_PRIORITY};
 
 bind_interrupts!(struct Irqs {
     USART1 => usart::InterruptHandler<peripherals::USART1>, Barrier;
@@ -107,15 +108,6 @@ impl typelevel::Handler<typelevel::DMA2_STREAM2> for Resumed {
 /// Bytes received before the receiving task runs: 5 ms at 1 Mbaud.
 const RECEIVE_BUFFER: usize = 512;
 
-/// Peripherals before the rate is known.
-pub struct Parts {
-    pub(crate) controller: Peri<'static, peripherals::USART1>,
-    pub(crate) transmit: Peri<'static, wiring::UartTransmit>,
-    pub(crate) receive: Peri<'static, wiring::UartReceive>,
-    pub(crate) transmit_dma: Peri<'static, peripherals::DMA2_CH7>,
-    pub(crate) receive_dma: Peri<'static, peripherals::DMA2_CH2>,
-}
-
 /// Sending half.
 pub struct Sender(UartTx<'static, Async>);
 
@@ -135,7 +127,7 @@ enum Reception {
     Stopped,
 }
 
-impl Parts {
+impl UartParts {
     /// Starts the line at `rate` baud.
     ///
     /// # Errors

@@ -30,7 +30,7 @@ use crate::clocks::Source;
 use crate::sensor::{Delay, SensorBus};
 use crate::timebase::{Timebase, since_edge};
 use crate::uart::{Receiver, Sender};
-use crate::wiring::{BOARD, CRYSTAL_MHZ};
+use crate::wiring::{BOARD, CRYSTAL_MHZ, CanParts};
 use crate::{Peripherals, flash, stack, update, watchdog};
 
 /// Rate of the serial line: that of a foot without stored settings.
@@ -396,7 +396,7 @@ async fn measure_edges(out: &mut Out, timebase: &mut Timebase, trim: f32) -> u16
     edges.count().min(u32::from(u16::MAX)) as u16
 }
 
-async fn measure_can(out: &mut Out, parts: crate::can::Parts, sensor: Option<Sensor>) {
+async fn measure_can(out: &mut Out, parts: CanParts, sensor: Option<Sensor>) {
     let (control, _sender, _receiver) = parts.start(can::BIT_RATE);
     let loops = can::loops_back(&control).await;
     out.line(

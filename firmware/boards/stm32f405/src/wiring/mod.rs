@@ -4,9 +4,9 @@
 //! of DMA2, USART1 with streams 2 and 7, CAN1, ADC1, TIM2 for ticks and edges, TIM4 for their count, TIM5 for the HAL.
 
 use embassy_stm32::Peri;
-use embassy_stm32::peripherals::{ADC1, FLASH, TIM2, TIM4};
-
-use crate::{can, sensor, uart};
+use embassy_stm32::peripherals::{
+    ADC1, CAN1, DMA2_CH0, DMA2_CH2, DMA2_CH3, DMA2_CH7, FLASH, SPI1, TIM2, TIM4, USART1,
+};
 
 #[cfg(any(
     all(feature = "feather", feature = "reference"),
@@ -18,13 +18,44 @@ compile_error!("choose one board by a feature: `reference` (default) or `feather
 pub struct Parts {
     pub timer: Peri<'static, TIM2>,
     pub counter: Peri<'static, TIM4>,
-    pub sensor: sensor::Parts,
+    pub sensor: SensorParts,
     pub converter: Peri<'static, ADC1>,
     pub load: Peri<'static, Load>,
-    pub can: can::Parts,
-    pub uart: uart::Parts,
+    pub can: CanParts,
+    pub uart: UartParts,
     pub flash: Peri<'static, FLASH>,
     pub led: Peri<'static, Led>,
+}
+
+/// Controller of the sensor's bus and its pins. `sensor` starts it.
+pub struct SensorParts {
+    pub controller: Peri<'static, SPI1>,
+    pub clock: Peri<'static, SensorClock>,
+    pub to_sensor: Peri<'static, ToSensor>,
+    pub from_sensor: Peri<'static, FromSensor>,
+    pub select: Peri<'static, SensorSelect>,
+    pub data_ready: Peri<'static, DataReady>,
+    /// Owned, so that no other code uses it: the HAL is bypassed.
+    pub _transmit_dma: Peri<'static, DMA2_CH3>,
+    /// Likewise.
+    pub _receive_dma: Peri<'static, DMA2_CH0>,
+}
+
+/// Controller of CAN and its pins, before the bit rate is known. `can` starts it.
+pub struct CanParts {
+    /// Owned, so that no other code uses it.
+    pub _controller: Peri<'static, CAN1>,
+    pub receive: Peri<'static, CanReceive>,
+    pub transmit: Peri<'static, CanTransmit>,
+}
+
+/// Controller of the serial line, its pins and DMA, before the rate is known. `uart` starts it.
+pub struct UartParts {
+    pub controller: Peri<'static, USART1>,
+    pub transmit: Peri<'static, UartTransmit>,
+    pub receive: Peri<'static, UartReceive>,
+    pub transmit_dma: Peri<'static, DMA2_CH7>,
+    pub receive_dma: Peri<'static, DMA2_CH2>,
 }
 
 /// Declares the wiring of a board from its table: types of pins, constants, and the function `parts`, which takes the
@@ -49,8 +80,7 @@ macro_rules! wiring {
         use embassy_stm32::{Peripherals, peripherals, timer};
         use lsm6dsox::BusSpeed;
 
-        use super::Parts;
-        use crate::{can, sensor, uart};
+        use super::{CanParts, Parts, SensorParts, UartParts};
 
         /// Crystal between `OSC_IN` and `OSC_OUT`: a whole number of MHz, 4 to 26.
         pub const CRYSTAL_MHZ: u32 = $crystal;
@@ -81,7 +111,7 @@ macro_rules! wiring {
             Parts {
                 timer: p.TIM2,
                 counter: p.TIM4,
-                sensor: sensor::Parts {
+                sensor: SensorParts {
                     controller: p.SPI1,
                     clock: p.$clock,
                     to_sensor: p.$to_sensor,
@@ -93,12 +123,12 @@ macro_rules! wiring {
                 },
                 converter: p.ADC1,
                 load: p.$load,
-                can: can::Parts {
+                can: CanParts {
                     _controller: p.CAN1,
                     receive: p.$can_receive,
                     transmit: p.$can_transmit,
                 },
-                uart: uart::Parts {
+                uart: UartParts {
                     controller: p.USART1,
                     transmit: p.$uart_transmit,
                     receive: p.$uart_receive,
