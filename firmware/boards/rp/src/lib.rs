@@ -123,7 +123,7 @@ pub fn run() -> ! {
             clock_khz: clk_sys_freq() / 1_000,
             is_crystal_used: true,
             identifier: words(&identifier),
-            bus_khz: BusSpeed::ALL.map(|speed| (wiring::bus_hertz(speed) / 1_000) as u16),
+            bus_khz: BusSpeed::ALL.map(|speed| (sensor::bus_hertz(speed) / 1_000) as u16),
             ..Diagnosis::default()
         },
     };

@@ -8,8 +8,7 @@ use embassy_rp::i2c::{Async, Config, Error, I2c};
 use embassy_time::{Duration, Timer, with_timeout};
 use lsm6dsox::{AsyncBus, BusSpeed, I2c as SensorOnI2c, Sa0, SetBusSpeed};
 
-use crate::board::{Clock, Controller, Data, Irqs};
-use crate::wiring;
+use crate::board::{BUS_HERTZ, Clock, Controller, Data, Irqs};
 
 /// Longest transfer: three times that of a sample at the slowest clock.
 const LONGEST_TRANSFER: Duration = Duration::from_micros(3_000);
@@ -19,6 +18,16 @@ const RELEASING_CLOCKS: usize = 9;
 
 /// Half a period of these clocks.
 const HALF_CLOCK: Duration = Duration::from_micros(5);
+
+/// Clock of the sensor's bus, Hz.
+pub const fn bus_hertz(speed: BusSpeed) -> u32 {
+    let [full, reduced, lowest] = BUS_HERTZ;
+    match speed {
+        BusSpeed::Full => full,
+        BusSpeed::Reduced => reduced,
+        BusSpeed::Lowest => lowest,
+    }
+}
 
 /// Reason why a transfer failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,7 +60,7 @@ impl Parts {
 
     fn start(self, speed: BusSpeed) -> SensorOnI2c<I2c<'static, Controller, Async>> {
         let mut config = Config::default();
-        config.frequency = wiring::bus_hertz(speed);
+        config.frequency = bus_hertz(speed);
         let bus = I2c::new_async(self.controller, self.clock, self.data, Irqs, config);
         SensorOnI2c::new(bus, Sa0::Low)
     }

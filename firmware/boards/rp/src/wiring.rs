@@ -4,9 +4,8 @@
 use embassy_rp::Peri;
 use embassy_rp::gpio::{Input, Output};
 use embassy_rp::peripherals::{FLASH, USB, WATCHDOG};
-use lsm6dsox::BusSpeed;
 
-use crate::board::{BUS_HERTZ, TIMER};
+use crate::board::TIMER;
 use crate::{resets, sensor};
 
 /// Peripherals and pins in use.
@@ -20,16 +19,6 @@ pub struct Wiring {
     pub led: Output<'static>,
     /// Reset of a part that is not used, held low.
     pub _unused_reset: Option<Output<'static>>,
-}
-
-/// Clock of the sensor's bus, Hz.
-pub const fn bus_hertz(speed: BusSpeed) -> u32 {
-    let [full, reduced, lowest] = BUS_HERTZ;
-    match speed {
-        BusSpeed::Full => full,
-        BusSpeed::Reduced => reduced,
-        BusSpeed::Lowest => lowest,
-    }
 }
 
 /// Low word of the time, µs.
