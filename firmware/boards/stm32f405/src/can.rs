@@ -187,7 +187,7 @@ impl Control {
 
 /// Makes the controller leave the bus after the frame in progress. Returns `false` if it does not within 4 ms, several
 /// times the longest frame at 125 kbit/s.
-fn initialise() -> bool {
+pub fn initialise() -> bool {
     /// Each poll takes at least 12 cycles of 160 MHz.
     const POLLS: u32 = 60_000;
     CAN1.mcr().modify(|w| {

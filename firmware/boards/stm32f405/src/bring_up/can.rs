@@ -6,7 +6,7 @@ use embassy_time::{Duration, Timer};
 use firmware::ports::Mailboxes;
 use wire::CanFrame;
 
-use crate::can::{Can1Mailboxes, Control};
+use crate::can::{Can1Mailboxes, Control, initialise};
 
 /// Bit rate of both tests.
 pub const BIT_RATE: u32 = 1_000_000;
@@ -17,7 +17,7 @@ const IDENTIFIER: u16 = 0x7FF;
 /// Timeout of a frame: longer than the eleven recessive bits before it and three attempts.
 const FRAME: Duration = Duration::from_millis(5);
 
-/// Maximum polls for the acknowledgement of initialisation: 4 ms.
+/// Maximum polls for the end of initialisation: 4 ms.
 const POLLS: u32 = 60_000;
 
 /// Destination of the frames that the controller sends.
@@ -48,17 +48,6 @@ fn set_mode(mode: Mode) -> bool {
     });
     CAN1.mcr().modify(|w| w.set_inrq(false));
     (0..POLLS).any(|_| !CAN1.msr().read().inak())
-}
-
-fn initialise() -> bool {
-    CAN1.mcr().modify(|w| {
-        w.set_sleep(false);
-        w.set_inrq(true);
-    });
-    (0..POLLS).any(|_| {
-        let status = CAN1.msr().read();
-        status.inak() && !status.slak()
-    })
 }
 
 /// Sends a frame, and returns whether it was acknowledged.
