@@ -195,8 +195,8 @@ pub enum FootHint {
     SwitchSelfTestOff,
     /// Leave out the options of an estimate: they are for recordings of an IMU.
     OmitEstimateOptions,
-    /// Mount the drive of the loader by hand, and repeat the update. Linux alone.
-    MountDrive,
+    /// Mount the drive of the loader, which has this label, and copy the file by hand. Linux alone.
+    MountDrive(&'static str),
 }
 
 #[cfg(test)]

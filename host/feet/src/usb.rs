@@ -89,7 +89,7 @@ pub enum CopyError {
     #[error("{0}: {1}")]
     Port(String, io::Error),
     /// The loader's drive did not appear.
-    #[error("no drive {drive} is mounted {waited} s after {port} was asked for it: {by_hand}, and copy the file to the drive that appears", waited = LONGEST.as_secs())]
+    #[error("no new drive {drive} is mounted {waited} s after {port} was asked for it: {by_hand}, and copy the file to the drive that appears", waited = LONGEST.as_secs())]
     NoDrive {
         /// Port of the foot.
         port: String,
@@ -121,7 +121,9 @@ impl CopyError {
     #[must_use]
     pub const fn hint(&self) -> Option<FootHint> {
         match self {
-            Self::NoDrive { .. } if cfg!(target_os = "linux") => Some(FootHint::MountDrive),
+            Self::NoDrive { drive, .. } if cfg!(target_os = "linux") => {
+                Some(FootHint::MountDrive(drive))
+            }
             _ => None,
         }
     }
@@ -144,16 +146,42 @@ fn chip_of(bytes: &[u8]) -> Option<&'static Chip> {
 /// # Errors
 /// The port, the drive or the foot afterwards is missing, the program is for another chip, or the copy fails.
 pub fn update(port: &str, program: &[u8]) -> Result<(), CopyError> {
-    drop(SerialPort::open(port, LOADER_BAUD).map_err(|e| CopyError::Port(port.to_owned(), e))?);
+    let start_loader = || {
+        let opened = SerialPort::open(port, LOADER_BAUD);
+        opened.map(drop).map_err(|error| CopyError::Port(port.to_owned(), error))
+    };
+    let times = Times { drive: LONGEST, foot: LONGEST };
+    update_by(port, program, start_loader, mounted, times)
+}
+
+/// Timeouts of an update: for the drive to appear, and for the foot to return.
+#[derive(Clone, Copy)]
+struct Times {
+    drive: Duration,
+    foot: Duration,
+}
+
+/// Updates a foot as [`update`] does, by this way to start its loader and to list the folders of drives.
+fn update_by(
+    port: &str,
+    program: &[u8],
+    start_loader: impl FnOnce() -> Result<(), CopyError>,
+    mounted: impl Fn() -> Vec<PathBuf>,
+    times: Times,
+) -> Result<(), CopyError> {
+    // A loader that runs already is another board's: this board has its port.
+    let others = loader_drives(mounted());
+    start_loader()?;
     let Chip { name, drive, by_hand, .. } = *chip_of(program).unwrap_or(&CHIPS[0]);
-    let found = wait(LONGEST, || loader_drive(mounted()));
+    let is_new = |drive: &LoaderDrive| !others.contains(drive);
+    let found = wait(times.drive, || loader_drives(mounted()).into_iter().find(is_new));
     let no_drive = || CopyError::NoDrive { port: port.to_owned(), drive, by_hand };
-    let (chip, drive) = found.ok_or_else(no_drive)?;
+    let LoaderDrive { chip, folder } = found.ok_or_else(no_drive)?;
     if chip.name != name {
         return Err(CopyError::OtherChip { program: name, board: chip.name });
     }
-    let copied = copy(&drive, program);
-    finish(port, drive, copied, LONGEST)
+    let copied = copy(&folder, program);
+    finish(port, folder, copied, times.foot)
 }
 
 /// Waits for the foot after a copy. The loader removes the drive as soon as it has the last block, and macOS then reports
@@ -220,14 +248,23 @@ fn mounted() -> Vec<PathBuf> {
     linux.chain(volumes.map(|entry| entry.path())).collect()
 }
 
-/// The drive of a loader, and the chip of its board, by the file that describes it.
-fn loader_drive(folders: Vec<PathBuf>) -> Option<(&'static Chip, PathBuf)> {
-    folders.into_iter().find_map(|folder| {
+/// Drive of a loader.
+#[derive(Debug, PartialEq, Eq)]
+struct LoaderDrive {
+    /// Chip of its board.
+    chip: &'static Chip,
+    folder: PathBuf,
+}
+
+/// The drives of loaders, by the file with which each describes itself.
+fn loader_drives(folders: Vec<PathBuf>) -> Vec<LoaderDrive> {
+    let drives = folders.into_iter().filter_map(|folder| {
         let about = fs::read_to_string(folder.join(ABOUT)).ok()?;
         let id = about.lines().find_map(|line| line.strip_prefix("Board-ID: "))?.trim();
         let chip = CHIPS.iter().find(|chip| chip.drive == id)?;
-        Some((chip, folder))
-    })
+        Some(LoaderDrive { chip, folder })
+    });
+    drives.collect()
 }
 
 /// Port of a foot on USB.
@@ -385,10 +422,10 @@ mod tests {
             fs::write(drive.join("INFO_UF2.TXT"), about).expect("a file");
             drive
         });
-        assert_eq!(loader_drive(vec![folder.clone(), other.clone()]), None);
+        assert_eq!(loader_drives(vec![folder.clone(), other.clone()]), []);
         for (chip, drive) in CHIPS.iter().zip([&first, &second]) {
-            let found = loader_drive(vec![other.clone(), drive.clone()]);
-            assert_eq!(found, Some((chip, drive.clone())));
+            let found = loader_drives(vec![other.clone(), drive.clone()]);
+            assert_eq!(found, [LoaderDrive { chip, folder: drive.clone() }]);
             let mut program = vec![0; 512];
             program[..8].copy_from_slice(&UF2);
             assert!(!is_program(&program), "of no family");
@@ -397,6 +434,41 @@ mod tests {
             copy(drive, &program).expect("room");
             assert_eq!(fs::read(drive.join("foot.uf2")).expect("a file"), program);
         }
+        fs::remove_dir_all(&folder).expect("removed");
+    }
+
+    /// The loader of the other board runs before this board's does, and its drive is listed first.
+    #[test]
+    fn update_leaves_another_board_in_its_loader_alone() {
+        let folder = std::env::temp_dir().join(format!("footfall-loaders-{}", std::process::id()));
+        let [other, asked] = ["RPI-RP2", "RPI-RP2 1"].map(|name| folder.join(name));
+        let add = |drive: &Path| {
+            fs::create_dir_all(drive).expect("a folder");
+            fs::write(drive.join(ABOUT), "Board-ID: RPI-RP2\r\n").expect("a file");
+        };
+        add(&other);
+        let port = folder.join("ttyACM0").display().to_string();
+        let mut program = [0; 512];
+        program[..8].copy_from_slice(&UF2);
+        program[28..32].copy_from_slice(&CHIPS[0].family.to_le_bytes());
+        let update = |start_loader: &dyn Fn()| {
+            let start_loader = || {
+                start_loader();
+                Ok(())
+            };
+            let times = Times { drive: Duration::ZERO, foot: Duration::ZERO };
+            let mounted = || vec![other.clone(), asked.clone()];
+            update_by(&port, &program, start_loader, mounted, times)
+        };
+        let error = update(&|| ()).expect_err("no drive has appeared");
+        assert!(matches!(error, CopyError::NoDrive { .. }), "{error}");
+        let updated = update(&|| {
+            add(&asked);
+            fs::write(&port, "").expect("a file");
+        });
+        assert!(updated.is_ok(), "{updated:?}");
+        assert_eq!(fs::read(asked.join("foot.uf2")).expect("a file"), program);
+        assert!(!other.join("foot.uf2").exists());
         fs::remove_dir_all(&folder).expect("removed");
     }
 

@@ -43,8 +43,9 @@ pub(crate) fn with_hint(message: impl Display, hint: Option<FootHint>) -> String
         Some(FootHint::OmitEstimateOptions) => format!(
             "{message}: --config, --topic, --load-topic, --axes, --units and similar options apply only to recordings of an IMU"
         ),
-        Some(FootHint::MountDrive) => format!(
-            "{message}; where none appears, lsblk --output NAME,LABEL names its partition: sudo mount it, and repeat this command"
+        // The command cannot be repeated, because a board in its loader has no port.
+        Some(FootHint::MountDrive(label)) => format!(
+            "{message}; where none appears: sudo mount /dev/disk/by-label/{label} /mnt, sudo cp the file to /mnt/, sudo umount /mnt"
         ),
     }
 }
@@ -66,7 +67,7 @@ mod tests {
         };
         assert_eq!(
             with_hint(&error, error.hint()),
-            "no drive RPI-RP2 is mounted 30 s after /dev/ttyACM0 was asked for it: press the board's button twice, and copy the file to the drive that appears; where none appears, lsblk --output NAME,LABEL names its partition: sudo mount it, and repeat this command"
+            "no new drive RPI-RP2 is mounted 30 s after /dev/ttyACM0 was asked for it: press the board's button twice, and copy the file to the drive that appears; where none appears: sudo mount /dev/disk/by-label/RPI-RP2 /mnt, sudo cp the file to /mnt/, sudo umount /mnt"
         );
     }
 
