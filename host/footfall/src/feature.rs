@@ -44,7 +44,8 @@ impl Feature {
     /// Returns the error that `what` requires this feature.
     #[must_use]
     pub fn missing_for(self, what: impl fmt::Display) -> NotBuilt {
-        NotBuilt { what: what.to_string(), feature: self }
+        let features = names(|other| other == self || other.is_built()).join(",");
+        NotBuilt { what: what.to_string(), feature: self, features }
     }
 }
 
@@ -52,19 +53,25 @@ impl Feature {
 #[derive(Debug, Error)]
 #[error(
     "{what} needs the feature {feature}, and this footfall is built without it; \
-     install it in its clone with: cargo install --locked --path host/footfall --features {feature}"
+     install it in its clone with: cargo install --locked --path host/footfall --features {features}"
 )]
 pub struct NotBuilt {
     what: String,
     feature: Feature,
+    /// The feature with the built ones. An installation replaces the program, so with the feature alone it would take
+    /// the others away.
+    features: String,
+}
+
+/// Names of some features.
+fn names(is_named: impl Fn(Feature) -> bool) -> Vec<&'static str> {
+    Feature::ALL.into_iter().filter(|feature| is_named(*feature)).map(Feature::name).collect()
 }
 
 /// Returns the version with the list of built features.
 pub fn version() -> &'static str {
     static VERSION: LazyLock<String> = LazyLock::new(|| {
-        let built = Feature::ALL.into_iter();
-        let built = built.filter(|feature| feature.is_built());
-        let names = match &built.map(Feature::name).collect::<Vec<_>>()[..] {
+        let names = match &names(Feature::is_built)[..] {
             [] => "none".to_owned(),
             names => names.join(", "),
         };
