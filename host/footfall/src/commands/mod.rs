@@ -132,8 +132,8 @@ pub enum Command {
     /// file
     #[command(after_help = config::EXAMPLES)]
     Config(config::ConfigArguments),
-    /// Query, configure, calibrate and update feet: scan, info, get, set, save, restore, diff, export, import, reset,
-    /// id, calibrate, selftest, update
+    /// Query, configure, calibrate and update feet: scan, info, report, get, set, save, restore, diff, export, import,
+    /// reset, id, calibrate, selftest, update
     Foot(foot::FootArguments),
     /// Measure a board step by step, with your help, and check each figure against its limits
     Accept(accept::AcceptArguments),
@@ -252,5 +252,18 @@ mod tests {
     #[test]
     fn command_line_definition_is_consistent() {
         Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn help_of_the_program_names_each_action_of_a_foot() {
+        let command = Arguments::command();
+        let foot = command.find_subcommand("foot").expect("the command");
+        let about = foot.get_about().expect("a line").to_string();
+        let (_, listed) = about.split_once(": ").expect("a list");
+        let listed: Vec<&str> = listed.split(", ").collect();
+        let actions = foot.get_subcommands().map(clap::Command::get_name);
+        for action in actions.filter(|action| *action != "help") {
+            assert!(listed.contains(&action), "{action} is not in {about:?}");
+        }
     }
 }
