@@ -4,7 +4,7 @@
 use config::default_params;
 use estimator_core::any::{AnyParams, Method};
 use estimator_core::half_widths::HalfWidthParams;
-use estimator_core::parameter::{Parameter, rows};
+use estimator_core::parameter::Parameter;
 use estimator_core::{Axis, Decision, PerAxis};
 use feet::foot::Named;
 use gait::{Activity, GaitName, Ground, Plan, SensorParams, simulate};
@@ -71,14 +71,6 @@ fn settings_at_their_limits_leave_swings_that_are_not_stable() {
     }
 }
 
-/// Meaning of a setting. If the estimator has a parameter of this name, its meaning is taken, because it describes
-/// a single value. Otherwise it is the meaning of the object.
-fn meaning(setting: &Named) -> String {
-    let name = setting.name();
-    let about = rows().find(|row| row.name == name).map(|row| row.about.to_owned());
-    about.unwrap_or_else(|| setting.doc()).replace('|', "\\|")
-}
-
 /// Table of settings.
 fn table(settings: &[Named]) -> String {
     let mut table =
@@ -87,7 +79,7 @@ fn table(settings: &[Named]) -> String {
         let (name, range, Address { index, subindex }) =
             (setting.name(), setting.range(), setting.address);
         let default = format!("{} {}", setting.text(setting.default(None)), setting.unit());
-        let (default, meaning) = (default.trim_end(), meaning(setting));
+        let (default, meaning) = (default.trim_end(), setting.meaning().replace('|', "\\|"));
         table +=
             &format!("| `{name}` | 0x{index:04X}:{subindex} | {range} | {default} | {meaning} |\n");
     }

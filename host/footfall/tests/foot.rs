@@ -26,7 +26,11 @@ fn foot_is_scanned_described_and_read() {
     let json: serde_json::Value = serde_json::from_str(&info).expect("JSON");
     assert_eq!((&json["foot"], &json["node"]), (&"RL".into(), &19.into()));
     let (one, _) = foot(&bench, "demo:speed=max,line=uart get decision.threshold");
-    assert!(one.starts_with("decision.threshold = 0.5   # "), "{one}");
+    // As in the table of docs/reference/settings.md.
+    assert_eq!(
+        one,
+        "decision.threshold = 0.5   # 0.01 to 0.99; probability above which contact counts as stable\n"
+    );
     let (all, _) = foot(&bench, "demo:speed=max get --json");
     let all: serde_json::Value = serde_json::from_str(&all).expect("JSON");
     assert!(all.as_object().expect("an object").len() > 60);

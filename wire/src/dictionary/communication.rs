@@ -39,7 +39,7 @@ const fn tpdo(pdo: Pdo) -> [Entry; 3] {
         Entry::setting(5, "Event timer", Concern::Stream, Value::U16(pdo.default_period_ms()))
             .range(Value::U16(0), Value::U16(10_000))
             .unit("ms")
-            .doc("one frame in N ticks; 0: not sent by the timer"),
+            .doc("one frame in N ms; 0: not sent by the timer"),
     ]
 }
 

@@ -5,6 +5,7 @@ use estimator_core::Learning;
 use estimator_core::any::Method;
 use estimator_core::half_widths::WindowLength;
 use estimator_core::mounting::{MountingParams, SensorAxis};
+use estimator_core::parameter;
 use samples::mounting::parse_axes;
 use samples::number::shown;
 use thiserror::Error;
@@ -110,12 +111,26 @@ impl Named {
         }
     }
 
-    /// Description of the object.
+    /// Meaning of the value. If the estimator has a parameter of this name, it is the parameter's meaning, because it
+    /// describes a single value. Otherwise it is that of the object and its part.
     #[must_use]
-    pub fn doc(&self) -> String {
-        let texts = [self.object.doc.as_str(), self.entry.doc.as_str()];
-        let texts = texts.into_iter().filter(|text| !text.is_empty());
-        texts.collect::<Vec<_>>().join("; ")
+    pub fn meaning(&self) -> String {
+        let name = self.name();
+        let row = parameter::rows().find(|row| row.name == name);
+        row.map_or_else(|| self.doc(), |row| row.about.to_owned())
+    }
+
+    /// Description of the object, and that of its part as a second sentence.
+    fn doc(&self) -> String {
+        let (object, part) = (self.object.doc.as_str(), self.entry.doc.as_str());
+        let mut rest = part.chars();
+        match rest.next() {
+            Some(first) if !object.is_empty() => {
+                format!("{object}. {}{}", first.to_uppercase(), rest.as_str())
+            }
+            Some(_) => part.to_owned(),
+            None => object.to_owned(),
+        }
     }
 
     fn notation(&self) -> ValueNotation {

@@ -364,7 +364,7 @@ impl FootArguments {
             let unit = named.unit();
             text.push_str(format!("{} = {shown} {unit}", named.name()).trim_end());
             if named.entry.is_setting() && !names.is_empty() {
-                text.push_str(&format!("   # {}; {}", named.range(), named.doc()));
+                text.push_str(&format!("   # {}; {}", named.range(), named.meaning()));
             }
             text.push('\n');
             object.insert(named.name(), value);
