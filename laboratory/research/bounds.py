@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .attitude import Attitude
-from .methods import AUTHORS, DEFAULT, FAMILY, FUZZY, PAPER, SHOE, TRIGGER
+from .methods import AUTHORS, DEFAULT, FAMILY, FUZZY, PAPER, SHOE, TRIGGER, Evaluation
 from .odometry import Odometry
 from .score import Answers, bins
 from .sets import POOLS
-
-if TYPE_CHECKING:
-    from .evaluate import Evaluation
 
 Bound = tuple[str, float, float, float]
 """What is bounded, its value, and the least and the largest that are allowed."""

@@ -19,12 +19,12 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from . import attitude, bounds, methods, odometry
+from . import attitude, bounds, odometry
 from .delays import Stances
-from .methods import AUTHORS, DEFAULT, FUZZY, HMM, OTHERS, PAPER, RATES, SHOE, TRIGGER
+from .methods import AUTHORS, DEFAULT, FUZZY, HMM, OTHERS, PAPER, RATES, SHOE, TRIGGER, Evaluation
 from .results import Result, write
 from .score import Answers, Figures, bins, shares
-from .sets import AVERAGED, DATASETS, POOLS, ROBOTS, ROOT, SETS, Labelled, load
+from .sets import AVERAGED, DATASETS, POOLS, ROBOTS, ROOT, SETS, load
 
 BY_SET = {
     "default": DEFAULT,
@@ -47,30 +47,6 @@ COMMAND = "python -m research.evaluate"
 RELIABILITY = ROOT / "docs/pictures/reliability.svg"
 
 COLOURS = ["#0072b2", "#d55e00", "#009e73"]
-
-
-class Evaluation:
-    """Figures of all methods on any sets."""
-
-    def __init__(self, files: list[Labelled]) -> None:
-        self.files = files
-        self.runs = methods.run(files)
-
-    def answers(self, method: str, sets: Sequence[str]) -> list[Answers] | None:
-        runs = [run for file, run in zip(self.files, self.runs[method], strict=True) if file.set in sets]
-        answers = [run for run in runs if run is not None]
-        return answers if len(answers) == len(runs) else None
-
-    def pooled(self, method: str, sets: Sequence[str]) -> Figures | None:
-        """Figures over all samples of sets; none if the method cannot run on one."""
-        answers = self.answers(method, sets)
-        return None if answers is None else Figures.of(answers)
-
-    def mean(self, method: str, sets: Sequence[str]) -> Figures | None:
-        """Mean of the figures of sets; none if the method cannot run on one."""
-        figures = [self.pooled(method, [name]) for name in sets]
-        known = [of for of in figures if of is not None]
-        return Figures.mean(known) if len(known) == len(figures) else None
 
 
 def rmse(figures: Figures | None) -> float | None:

@@ -1,4 +1,4 @@
-"""What is compared: each method's answers on each recording.
+"""What is compared: each method's answers on each recording, and the figures of sets of them.
 
 No method reads a label of the recording on which it is scored. But the constants of the default preset were chosen by its
 RMSE on these recordings.
@@ -6,7 +6,7 @@ RMSE on these recordings.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from . import peers
 from .resample import resample
-from .score import Answers
+from .score import Answers, Figures
 from .sets import NO_TEACHER, Array, Labelled
 
 OTHERS, FAMILY = "tuned on other families", "tuned on its family"
@@ -31,6 +31,30 @@ RATES = (100.0, 390.0, 500.0, 1000.0, 1660.0)
 
 Runs = list[Answers | None]
 """Answers on each recording; none if the recording lacks a signal that the method needs."""
+
+
+class Evaluation:
+    """Figures of all methods on any sets."""
+
+    def __init__(self, files: list[Labelled]) -> None:
+        self.files = files
+        self.runs = run(files)
+
+    def answers(self, method: str, sets: Sequence[str]) -> list[Answers] | None:
+        runs = [run for file, run in zip(self.files, self.runs[method], strict=True) if file.set in sets]
+        answers = [run for run in runs if run is not None]
+        return answers if len(answers) == len(runs) else None
+
+    def pooled(self, method: str, sets: Sequence[str]) -> Figures | None:
+        """Figures over all samples of sets; none if the method cannot run on one."""
+        answers = self.answers(method, sets)
+        return None if answers is None else Figures.of(answers)
+
+    def mean(self, method: str, sets: Sequence[str]) -> Figures | None:
+        """Mean of the figures of sets; none if the method cannot run on one."""
+        figures = [self.pooled(method, [name]) for name in sets]
+        known = [of for of in figures if of is not None]
+        return Figures.mean(known) if len(known) == len(figures) else None
 
 
 def run(files: list[Labelled]) -> dict[str, Runs]:
