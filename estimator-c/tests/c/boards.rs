@@ -124,8 +124,10 @@ fn each_board_of_the_table_links_its_library() {
         } else {
             ("arm-none-eabi-gcc", "--specs=nosys.specs")
         };
+        // Debian's compiler has no C library for these extensions, which change no call.
+        let options = options.replace("_zicsr_zifencei", "");
         println!("{board}");
-        let library = ARCHIVE.join("src").join(folder(mcu, options));
+        let library = ARCHIVE.join("src").join(folder(mcu, &options));
         let bytes = fs::read(library.join("libfootfall_estimator.a")).expect("a library");
         let has_debug_frame = bytes.windows(12).any(|name| name == b".debug_frame");
         assert!(!has_debug_frame, "{board}: a debugger would look for sources");
