@@ -764,7 +764,8 @@ fn odometry(result: &Stored) -> Result<String> {
         ));
     }
     let text = format!(
-        "Speed and lever of `sigma_v`, chosen on half of the walks and scored on the others: {}.",
+        "Speed and lever of `sigma_v` were also chosen on one half of the walks and scored on the other half, in both \
+         ways. The choices, with their mean errors and those of the defaults on the same walks, were {}.",
         halves.join(" and ")
     );
     Ok(format!("{}\n{}", table.0, filled(&text)))
@@ -784,11 +785,12 @@ fn attitude(result: &Stored) -> Result<String> {
     let values = result.values();
     let angle = |key| angle(&values, key);
     let text = format!(
-        "These trials are not a clean test: the filter's constants were chosen on them, on the GO1 and on a simulated \
-         walk. With any one constant 20 % off, the mean is between {} and {}. With time constant and quiet gain chosen \
-         from a coarse grid on three trials and scored on the other three, in all {} ways, the mean is {}, at worst {}. \
-         Most depends on when the gyroscope measured: without the half period that `gyro_timing` allows for, the mean \
-         is {}.",
+        "These figures may be better than those of your sensor, because the filter's constants were chosen on these \
+         trials, on the GO1 and on a simulated walk. But no constant matters much: if any one of them is changed by \
+         20 %, the mean is between {} and {}. In another test, time constant and quiet gain were chosen from a coarse \
+         grid on three trials and scored on the other three, in all {} ways. The mean is then {}, and {} at worst. The \
+         time to which the gyroscope's samples belong matters most: without the half period that `gyro_timing` allows \
+         for, the mean is {}.",
         angle("least_mean_with_a_constant_20_percent_off_deg")?,
         angle("largest_mean_with_a_constant_20_percent_off_deg")?,
         count(&values, "held_out_choices")?,
@@ -1133,8 +1135,9 @@ fn pairs(result: &Stored) -> Result<String> {
         bail!("the result `pairs` has pairs beyond their bounds");
     }
     Ok(format!(
-        "Faults that can be injected into a running board without preparation were also run in pairs, every ordered pair at \
-         once and 12 ms apart: {pairs} runs. No frame said \"stable\" on invalid data, and the board recovered.\n"
+        "Only faults that can be injected into a running board without preparation were combined. Each ordered pair of \
+         them was run twice, at the same time and 12 ms apart, which makes {pairs} runs. No frame said \
+         \"stable\" on invalid data, and the board recovered.\n"
     ))
 }
 
