@@ -488,9 +488,9 @@ impl Strapdown {
 
     /// Returns the rotation since the previous sample.
     ///
-    /// The rate changes linearly between samples, and each sample lies `gyro_delay` behind its timestamp. So the
-    /// trapezoid is shifted by the delay; with a delay of half a period this is the rectangle rule. In a gap the foot
-    /// turns for [`LONGEST_TURN`] at most.
+    /// Assumes that the rate is linear between samples, and that a sample is the rate at `gyro_delay` before its
+    /// timestamp. This gives the trapezoidal rule shifted by the delay. With a delay of half a period it becomes the
+    /// rectangle rule. Across a gap, the rate is integrated over at most [`LONGEST_TURN`].
     fn turn(&mut self, rate: Vec3, bias: Vec3, step: Step) -> Turn {
         let change = rate - self.previous_rate;
         self.previous_rate = rate;

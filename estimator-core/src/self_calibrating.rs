@@ -118,7 +118,7 @@ pub(crate) struct SelfCalibrating {
     stillness: f32,
     /// Whether the foot is in a stance: the mean mass of the whole acceleration exceeds [`STILL`].
     in_stance: bool,
-    /// Duration of this stance or swing so far, s, up to two of the shortest stances.
+    /// Duration of the current stance or swing, s, limited to twice the shortest stance.
     phase_seconds: f32,
     /// Whether the foot was in a stance since the last landing.
     stood: bool,

@@ -64,7 +64,7 @@ pub fn add(a: u32, b: u32) -> u32 {
     (big & SIGN) | (((exponent - 1) << 23) + kept)
 }
 
-/// Sum of two numbers of any kind. `small` must not have the larger magnitude.
+/// Adds two numbers, including zeros, subnormals, infinities and NaNs. Requires |`small`| ≤ |`big`|.
 #[cold]
 #[inline(never)]
 fn add_others(big: u32, small: u32) -> u32 {

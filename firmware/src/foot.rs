@@ -62,8 +62,9 @@ const EVENT_TICKS: u16 = 1000;
 /// Ticks for which the crash before this start stays active as a fault. Object 0x2113 keeps it until the next start.
 const CRASH_TICKS: u16 = 10_000;
 
-/// Specific force at rest of a sound accelerometer, m/s². An LSM6DSO32 has the same identity as an LSM6DSOX, but half
-/// of its codes. Beyond these limits so much of gravity is left in the estimator that the foot never rests.
+/// Plausible specific force at rest, m/s². The range detects an LSM6DSO32, which has the `WHO_AM_I` of an LSM6DSOX but
+/// half its sensitivity, so it reads 0.5 g at rest. Outside the range, the error of the subtracted gravity is so large
+/// that the estimator never detects rest.
 const FORCE_AT_REST: RangeInclusive<f32> = 0.88 * STANDARD_GRAVITY..=1.12 * STANDARD_GRAVITY;
 
 /// Readings of a connected load input. At the ends of the 12-bit range the input is open or shorted.

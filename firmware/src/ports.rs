@@ -24,8 +24,8 @@ use crate::exchange::{
 use crate::supervision::{CostMeter, Light, Liveness};
 use crate::uart_requests::UartReceiver;
 
-/// Queue with room for one contact, which the next one replaces. So a contact is never older than a tick when it is
-/// sent.
+/// Queue with room for one contact. The next contact replaces a queued one, so a contact is never older than a tick
+/// when it is sent.
 type UartQueue = Outlet<UartBytes, 1, 8>;
 
 /// Bytes of a frame for the UART.
@@ -251,7 +251,7 @@ pub struct UartBatch {
 }
 
 impl UartBatch {
-    /// Maximum size of a batch of several frames, bytes. It holds a contact and a raw sample, which have 81.
+    /// Maximum size of a batch of several frames, bytes. A contact and a raw sample, together 81 bytes, fit.
     ///
     /// A contact that is queued just after the start of a batch must be taken before the next tick begins. Otherwise
     /// its successor replaces it. At 1 Mbaud this size leaves the sender 120 µs of the tick to notice the end of a

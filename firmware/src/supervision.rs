@@ -197,10 +197,11 @@ impl Light {
     }
 }
 
-/// Depth of the stack, as far as it was checked. Start-up code paints the stack. Words that lost their paint were used.
+/// Depth of the stack, as far as it was checked. Start-up code paints the stack with a pattern, so words that have lost
+/// the pattern were used.
 #[derive(Debug, Default)]
 pub struct StackDepth {
-    /// Words from the stack's far end on that still have their paint in this round.
+    /// Number of words, counted from the far end of the stack, that were found still painted in this round.
     painted: usize,
     /// Maximum depth so far, words.
     deepest: usize,

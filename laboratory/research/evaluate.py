@@ -1,9 +1,8 @@
-"""Writes the results that README.md and docs/reference/evaluation.md show, and docs/pictures/reliability.svg.
+"""Writes the results shown in README.md and docs/reference/evaluation.md, and docs/pictures/reliability.svg.
 
-With --check, compares them.
+With --check, compares them with the stored results instead. Either way, a figure beyond its bound is an error.
 
-`python -m research.evaluate [--check]`, in the folder `laboratory`. A figure beyond its bound is an error with and
-without --check.
+`python -m research.evaluate [--check]`, in the folder `laboratory`.
 """
 
 from __future__ import annotations

@@ -158,10 +158,10 @@ def navigate(acc: Array, gyr: Array, period: float, sigmas: Array) -> tuple[Arra
 
 
 def position_errors(positions: Array, truth: Array) -> Array:
-    """Error of each track as in PyShoe, m: the mean over all samples of the root of the mean square of the three axes.
+    """Position error of each track, m, as PyShoe defines it: the RMS over the three axes, averaged over the samples.
 
-    Both tracks begin at the origin; the estimated one is turned about the vertical to fit best by least squares,
-    because an IMU does not know its heading."""
+    The tracks are shifted to a common origin, and each estimated track is rotated about the vertical to the best
+    least-squares fit, because an IMU does not know its heading."""
     at, true = positions - positions[0], (truth - truth[0])[:, None]
     sine = np.sum(at[..., 0] * true[..., 1] - at[..., 1] * true[..., 0], axis=0)
     cosine = np.sum(at[..., 0] * true[..., 0] + at[..., 1] * true[..., 1], axis=0)

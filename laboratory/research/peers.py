@@ -196,8 +196,8 @@ def hidden_markov(learnt_on: Labelled, file: Labelled) -> Array:
 
 
 def two_states(learnt_on: Labelled) -> GaussianHMM:
-    """A quiet and a loud state, each with a normal distribution of the logarithm of the amplitude. The distributions and
-    the odds of a change are learnt without labels, by expectation maximisation."""
+    """Hidden Markov model of the log amplitude, with a quiet and a loud state. The normal distributions and the
+    transition probabilities are fitted without labels, by expectation maximisation."""
     amplitudes = log_amplitude(learnt_on)
     quiet, loud = np.quantile(amplitudes, [0.25, 0.75])
     model = GaussianHMM(2, "diag", init_params="", n_iter=30, random_state=1)

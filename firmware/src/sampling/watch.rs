@@ -203,8 +203,8 @@ impl Watch {
         }
     }
 
-    /// Returns whether lost edges can be the cause of three bad ticks that a restart has not ended: each tick had a new
-    /// sample.
+    /// Returns whether lost edges can explain three bad ticks that continue after a restart of the sensor. They can if
+    /// each of these ticks had a new sample.
     pub(super) const fn has_lost_edges(&self) -> bool {
         self.turn.wrapping_sub(self.stale_turn) >= 3 && self.good_ticks < SETTLED_TICKS
     }

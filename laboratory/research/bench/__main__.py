@@ -1,9 +1,9 @@
-"""Scores the default estimate and three other methods on robots that nobody tuned on, in MuJoCo.
+"""Scores the default estimate and three other methods in MuJoCo, on robots of which only two helped choose a constant.
 
 `python -m research.bench`, in the folder `laboratory`, writes `results/bench.json` and `results/bench-velocity.json`;
-docs/reference/robots-nobody-tuned-on.md describes them. With --check it writes nothing, prints what differs, and fails if a figure is
-beyond its bound. With --smoke it simulates and scores one short motion of one robot. Motions that have been simulated
-are read from `target/bench`.
+docs/reference/robots-nobody-tuned-on.md describes them. With --check it writes nothing, prints the differences, and
+fails if a figure is beyond its bound. With --smoke it simulates and scores one short motion of one robot. Motions
+already simulated are read from `target/bench`.
 """
 
 from __future__ import annotations

@@ -471,7 +471,7 @@ impl<'a> Figures<'a> {
     /// A list of texts.
     ///
     /// # Errors
-    /// There is none under this key.
+    /// The key is missing, or its value is not an array of texts.
     pub fn texts(&self, key: &str) -> Result<Vec<&'a str>> {
         let texts = self.json[key].as_array();
         let texts = texts.and_then(|texts| texts.iter().map(Value::as_str).collect());
@@ -481,7 +481,7 @@ impl<'a> Figures<'a> {
     /// A list of numbers, each of which may be null.
     ///
     /// # Errors
-    /// There is none under this key.
+    /// The key is missing, or its value is not an array.
     pub fn numbers(&self, key: &str) -> Result<Vec<Option<f64>>> {
         let numbers = self.json[key].as_array();
         let numbers = numbers.with_context(|| format!("{} has no numbers `{key}`", self.place))?;
@@ -491,7 +491,7 @@ impl<'a> Figures<'a> {
     /// Figures below this key.
     ///
     /// # Errors
-    /// There are none.
+    /// The key is missing, or its value is not an object.
     pub fn figures(&self, key: &str) -> Result<Self> {
         let json = self.json.get(key).filter(|json| json.is_object());
         let json = json.with_context(|| format!("{} has no figures `{key}`", self.place))?;
@@ -501,7 +501,7 @@ impl<'a> Figures<'a> {
     /// Rows of figures below this key.
     ///
     /// # Errors
-    /// There are none.
+    /// The key is missing, or its value is not an array.
     pub fn rows(&self, key: &str) -> Result<Vec<Self>> {
         let rows = self.json[key].as_array();
         let rows = rows.with_context(|| format!("{} has no rows `{key}`", self.place))?;
@@ -515,7 +515,7 @@ impl<'a> Figures<'a> {
 /// header in front of a program, because that contains the commit.
 ///
 /// # Errors
-/// It is not an ELF for Arm.
+/// The file is not an ELF for Arm.
 pub fn digest(elf: &[u8]) -> Result<String> {
     let mut segments = segments(elf)?;
     segments.sort_unstable();

@@ -132,7 +132,7 @@ impl Table {
     }
 }
 
-/// A number with a fixed number of decimals; a dash if there is none.
+/// Formats a figure with `decimals` decimals, or as a dash if the key is missing.
 fn fixed(figures: &Figures, key: &str, decimals: usize) -> Result<String> {
     let number = figures.optional(key)?;
     Ok(number.map_or_else(|| "–".to_owned(), |number| format!("{number:.decimals$}")))

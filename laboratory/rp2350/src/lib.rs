@@ -81,7 +81,8 @@ impl Machine {
         (core.regs.msp, core.regs.r[13]) = (word(0), word(0));
         core.regs.set_pc(word(4) & !1);
         core.ppb.vtor = FLASH;
-        // The ROM leaves there the function that lets the flash be read. It is always read here: bx lr.
+        // The boot ROM leaves a function at `BOOTRAM` that makes the flash readable. The emulated flash is always
+        // readable, so this function only returns (`bx lr`).
         emulator.mmio_write32(BOOTRAM, 0x4770_4770);
         // The second core waits in the ROM.
         emulator.bus.atomics.set_halted(1);

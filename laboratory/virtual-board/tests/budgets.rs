@@ -115,7 +115,8 @@ fn under_full_load(elf: &[u8], milliseconds: u64, traffic: Traffic) -> Value {
 }
 
 impl Quantity {
-    /// Measured value. Counts are exact, all other values are estimates: no more than whole units.
+    /// Returns the measured value, rounded to whole units. Counts are exact, whereas all other values are estimates
+    /// whose fractions mean nothing.
     fn measured(&self, report: &Value) -> u64 {
         let value = report.pointer(self.place).and_then(Value::as_f64);
         value.expect("it is measured").round() as u64

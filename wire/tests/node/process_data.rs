@@ -217,7 +217,7 @@ fn a_load_is_valid_for_the_event_timer() {
     assert_eq!(send(&mut node, rpdo, &Load(6.0).encode()).reply, None);
     assert_eq!(emergencies(&mut node, 1), [[0, 0, 0, 21, 0, 0, 0, 0]]);
     assert_eq!(node.load(), Some(Load(6.0)));
-    // A load over SDO is valid as long. If the load does not come over the bus, a missing one raises no fault.
+    // A load written by SDO expires after the same time. Unless the source of the load is CAN, its expiry raises no fault.
     node.command(NmtCommand::EnterPreOperational);
     accepted(&mut node, source, Value::U8(1));
     accepted(&mut node, object, Value::F32(7.0));

@@ -131,8 +131,8 @@ pub fn run() -> ! {
     })
 }
 
-/// Returns whether the supply suffices at each millisecond of two seconds. A bouncing connector is not expected to
-/// pass. The LED flickers as in a start.
+/// Returns whether the supply stays high enough for two seconds. It is checked every millisecond, so that a bouncing
+/// connector is likely to fail. Meanwhile the LED flickers as during start-up.
 fn supply_holds(led: &mut Output<'static>) -> bool {
     let holds = (0..2_000).all(|ms| {
         led.set_level((ms / 50 % 2 == 0).into());

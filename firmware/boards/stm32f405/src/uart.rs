@@ -1,7 +1,7 @@
 //! USART1, 8N1, both ways over DMA.
 //!
-//! The HAL configures it and receives. Transfers to send are started here, because the HAL panics at an error of their
-//! DMA. Here such an error costs only their frames.
+//! The HAL configures the UART and receives. This module starts the transmissions itself, because the HAL panics on a
+//! DMA error while sending. Here such an error loses only the frames of that transfer.
 
 use core::future::poll_fn;
 use core::sync::atomic::{AtomicBool, Ordering, compiler_fence};

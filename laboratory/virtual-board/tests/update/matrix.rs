@@ -134,7 +134,7 @@ fn undisturbed(run: &Run) -> Outcome {
     let (mut master, at) = run.sent();
     assert_eq!(master.control(START)[0], 0x60);
     let outcome = started(&mut master, at);
-    // The program confirms itself after ten seconds, so four starts do not end its trial.
+    // After ten seconds the program has confirmed itself, so four more starts do not restore the previous one.
     assert!(master.contacts(10_500) > 9_000);
     for _ in 0..4 {
         master.board.inject(Injection::Reset);

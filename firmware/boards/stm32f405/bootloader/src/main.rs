@@ -20,8 +20,9 @@ use wire::slcan::{BEL, CR};
 fn main() -> ! {
     watchdog::start();
     let mut flash = ChipFlash::new();
-    // The program has just run. It is not checked again, because a master waits for the response.
     if note::take_stay() {
+        // The program has asked for the bootloader, so it has just run. It is not checked again, because a master waits
+        // for the response.
         serve(flash, ProgramState::CanRun)
     }
     clock::speed_up();

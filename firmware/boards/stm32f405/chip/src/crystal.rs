@@ -34,8 +34,8 @@ pub enum Frequency {
 /// shown that the crystal's clock reaches the timer, and a bus that stays off is worse than an unchecked frequency.
 ///
 /// # Errors
-/// The crystal's frequency, kHz, if it is not that of the board; 0 if the crystal does not start. It is
-/// switched off.
+/// The measured frequency, kHz, if it does not fit the board, or 0 if the crystal does not start. In both cases the
+/// crystal is switched off.
 pub fn start(expected_mhz: u32) -> Result<Frequency, u32> {
     RCC.cr().modify(|w| w.set_hseon(true));
     let starts = (0..POLLS).any(|_| RCC.cr().read().hserdy());

@@ -1,8 +1,9 @@
 """Boards in lock step for python-can and python-canopen: all waits are in the boards' time.
 
-Import this package before python-can and python-canopen, because it replaces `time` by the time of the boards. A
-channel is `lockstep://` and the path of a socket, whose protocol is described in `src/product/serve/lock_step.rs`.
-python-canopen has no thread here: the waiting program receives. The program has one line open at a time.
+Import this package before python-can and python-canopen, because it patches `time` so that both wait in the boards'
+time. A channel is `lockstep://` followed by the path of a socket; `src/product/serve/lock_step.rs` describes the
+protocol. There is no receiving thread, so a call that waits for a message receives it itself. Only one line can be
+open at a time.
 """
 
 import queue

@@ -128,7 +128,7 @@ impl Can {
 /// Accepts only data frames for this node. Other frames would fill the FIFO while the flash is erased.
 /// Without an id, accepts all, because LSS may assign one.
 fn set_filter(id: Option<NodeId>) {
-    // Two identifiers, as an element of a list of 16-bit filters (RM0090, 32.7.4).
+    // One filter register in 16-bit list mode, which holds two identifiers (RM0090, 32.7.4).
     let pair = |a: u16, b: u16| u32::from(a) << 5 | u32::from(b) << 21;
     CAN1.fmr().modify(|w| w.set_finit(true));
     match id {

@@ -2,8 +2,8 @@
 //! pin and its source.
 //!
 //! Only the capture of channel 1 gives the pulses that TIM4 counts (RM0090, 18.4.2, MMS), and no pin of that channel is
-//! free here. So the exclusive or of the pins of channels 1 to 3 (TI1S) leads channel 3's pin to channel 1. The inputs
-//! of the other two are not connected to pins, and are equal.
+//! free here. So TI1S feeds channel 1 with the XOR of channels 1 to 3, and the edges of channel 3's pin reach it. The
+//! inputs of channels 1 and 2 are not connected to pins, and are equal.
 //!
 //! The breakout shifts the levels of clock and data with 10 kΩ. At 2.5 MHz a rising edge may take as long as half a
 //! period. So the bus starts at 1.25 MHz, near the 1 MHz of Adafruit's own driver (`Adafruit_LSM6DS`), and goes up to 2.5
