@@ -297,8 +297,8 @@ fn in_short(result: &Stored) -> Result<String> {
          ms after touch-down (median; within {} ms in nine of ten stances). The RMSE of its probability was {}, whereas an \
          answer of always ½ would have 0.5. These recordings were among those by which its constants were chosen; with \
          constants chosen without the robot that is scored, the RMSE was {}. On average over seven sets of simulated feet \
-         and of a walking person, {} of the samples labelled not stable were called stable. [Compare methods and \
-         robots](#how-good-it-is).",
+         and of a walking person, {} of the samples labelled not stable were called stable, and {} with constants chosen \
+         without the robot. [Compare methods and robots](#how-good-it-is).",
         count(&of, "lost_decisions")?,
         count(&of, "stances")?,
         count(&of, "decision_ms")?,
@@ -306,6 +306,7 @@ fn in_short(result: &Stored) -> Result<String> {
         fixed(&default, "robots_rmse", 2)?,
         fixed(&without.values(), "robots_rmse", 2)?,
         percent(Some(default.number("false_stable")?)),
+        percent(without.values().optional("false_stable")?),
     )))
 }
 
