@@ -8,9 +8,9 @@ use crate::exchange::BusState;
 use crate::sampling::Tick;
 use crate::supervision::StackDepth;
 
-/// A board. The sampling level calls the first functions each tick, the thread level the others.
+/// A board. The sampling level calls the functions up to [`Board::micros_since_edge`], the thread level the others.
 pub trait Board {
-    /// Interval of feeding the watchdog, ms: at most a tenth of its period.
+    /// Interval at which the watchdog is fed, ms. It is at most a tenth of the watchdog's period.
     const FEEDING_MS: u32;
 
     /// Prepares the measurement of a tick's costs.
@@ -32,12 +32,13 @@ pub trait Board {
         let _ = node_id;
     }
 
-    /// Time from the data-ready edge of the tick to the contact in its mailbox, µs; 0 if there was no contact.
+    /// Returns the time from the tick's data-ready edge until the contact was in its mailbox, µs, or 0 if there was no
+    /// contact.
     fn micros_to_mailbox(&self) -> u32 {
         0
     }
 
-    /// Time since the data-ready edge of the tick, or since the end of the wait for it, µs.
+    /// Returns the time since the data-ready edge of the tick, µs, or since the end of the wait if no edge came.
     fn micros_since_edge(&self, tick: &Tick) -> u32;
 
     /// Returns whether another node has acknowledged a frame.

@@ -90,7 +90,7 @@ impl Report {
     }
 }
 
-/// Values of a board that hold before a foot runs on it.
+/// Values of a board that are known before a foot runs on it.
 #[derive(Clone, Copy, Debug)]
 pub struct BoardReport {
     /// Name of the board.
@@ -318,7 +318,7 @@ mod tests {
     fn longest_report_of_a_board_is_shown_whole() {
         let mut diagnosis = Diagnosis::default();
         for subindex in 2..=Diagnosis::HIGHEST_SUBINDEX {
-            // The most digits of each type: for a mean, those of the most negative one.
+            // The values with the most digits of their types. The longest mean is the most negative one.
             diagnosis.set_raw(subindex, if subindex < 25 { u32::MAX } else { 0x8000 });
         }
         let longest = Fault::ALL.into_iter().max_by_key(|fault| fault.name().len());

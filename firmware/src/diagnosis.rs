@@ -32,7 +32,7 @@ impl CodeMeter {
     /// Number of samples for which the sums have room.
     const MOST: u16 = 60_000;
 
-    /// Takes a sample. The first one only precedes the next. Samples after 60 000 are ignored.
+    /// Takes a sample. The first one is not counted, because it has no predecessor. Samples after 60 000 are ignored.
     pub fn take(&mut self, raw: &RawSample) {
         let ([ax, ay, az], [wx, wy, wz]) = (raw.specific_force.codes, raw.angular_rate.codes);
         let counts = core::mem::replace(&mut self.has_last, true) && self.samples < Self::MOST;
@@ -161,7 +161,7 @@ mod tests {
         measure(&mut meter, &mut diagnosis, 999, 2);
         assert_eq!((diagnosis.edges, diagnosis.noise), (0, [0; 6]));
         measure(&mut meter, &mut diagnosis, 1, 2);
-        // All but one of the 999 differences are 2 codes: 998 squares of 4, as for a thousand.
+        // 998 of the 999 differences are 2 codes, so the noise is 1000 · 998 · 4 / 999, rounded down.
         assert_eq!((diagnosis.edges, diagnosis.noise), (7_000, [0, 0, 0, 0, 0, 3_995]));
         assert_eq!(diagnosis.mean, [0, 0, 0, 0, 0, 11]);
         measure(&mut meter, &mut diagnosis, 1_000, 40);

@@ -51,8 +51,8 @@ impl Estimation {
         self.renewal = self.renewal.max(Some(renewal));
     }
 
-    /// Estimates from a sample along the sensor's axes. If a new estimator was requested, it has the parameters of
-    /// `settings`, and takes a sample each `tick_us`. A window shorter than a tick holds one sample.
+    /// Estimates from a sample along the sensor's axes. If a new estimator was requested, first creates it with the
+    /// parameters of `settings`, for a sample each `tick_us`. A window shorter than a tick holds one sample.
     pub(crate) fn update(
         &mut self,
         mut sample: ImuSample,

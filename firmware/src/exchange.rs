@@ -49,7 +49,7 @@ impl Received {
         Self { inputs: Vec::new(), reloaded: None }
     }
 
-    /// Inputs before the first request with a response, and all others.
+    /// Returns the inputs before the first request with a response, and the inputs from that request on.
     pub(crate) fn split(&self) -> (&[Input], &[Input]) {
         let first = self.inputs.iter().position(Input::needs_answer);
         let first = first.unwrap_or(self.inputs.len());
@@ -68,8 +68,8 @@ pub enum Input {
     UartRefused(u32),
     /// Number of UART bytes lost.
     UartLost(u32),
-    /// Minimum number of received CAN frames lost. A controller reports an overrun once, however many frames it lost
-    /// before the report was read.
+    /// At least this number of received CAN frames was lost. A controller reports an overrun once, however many frames
+    /// it lost before the report was read.
     CanLost(u32),
     /// Number of UART frames that could not be sent.
     UartDropped(u32),
@@ -84,8 +84,8 @@ pub enum Input {
 }
 
 impl Input {
-    /// Returns whether the input is a request with a response. These take the longest of all inputs, and have no
-    /// deadline.
+    /// Returns whether the input is a request with a response. Such requests take longer than all other inputs, and have
+    /// no deadline.
     #[must_use]
     pub fn needs_answer(&self) -> bool {
         match self {
@@ -176,8 +176,8 @@ pub struct Dropped {
 #[derive(Clone, Debug)]
 pub struct Outbox {
     can: Vec<(Lane, CanFrame), { Self::CAN }>,
-    /// Frames in place. The first `uart_frames` are in use, and the others are kept for the next use: a new frame would first
-    /// be moved here, and an array of all frames would first be on the stack.
+    /// Frames, encoded in place. The first `uart_frames` are in use. The others are kept for the next use, because a new
+    /// frame would have to be moved here, and a new array of all frames would be built on the stack.
     uart: Vec<UartFrame, { Self::UART }>,
     uart_frames: usize,
     requests: Vec<Request, REQUESTS>,
@@ -227,9 +227,9 @@ impl Outbox {
         self.dropped = Dropped::default();
     }
 
-    /// Frames for the CAN bus: more than the queues of [`Ports`](crate::Ports) have room for in one lane.
+    /// Maximum number of frames for the CAN bus. It exceeds the room of a lane in the queues of [`Ports`](crate::Ports).
     pub const CAN: usize = 24;
-    /// Frames for the serial line, likewise.
+    /// Maximum number of frames for the serial line. It exceeds the room of a lane, too.
     pub const UART: usize = 12;
 
     /// Frames for the CAN bus with their lanes, in the order in which they were made.
@@ -262,7 +262,8 @@ impl Outbox {
         self.dropped
     }
 
-    // Not inlined, like the next: a copy at each place that sends would take a kilobyte of flash.
+    // Neither this function nor the next is inlined, because copies at all places that send would take a kilobyte of
+    // flash.
     #[inline(never)]
     pub(crate) fn push_can(&mut self, lane: Lane, frame: CanFrame) {
         self.dropped.can += u32::from(self.can.push((lane, frame)).is_err());

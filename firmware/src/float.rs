@@ -27,7 +27,7 @@ pub fn add(a: u32, b: u32) -> u32 {
         return add_others(big, small);
     }
     let shift = exponent - below;
-    // The smaller number is less than half of the last bit, even if the larger one is a power of two.
+    // The smaller number is less than half of the larger one's last bit, even if the larger one is a power of two.
     if shift > 25 {
         return big;
     }
@@ -204,7 +204,7 @@ fn rounded(sign: u32, exponents: i32, a: u32, b: u32) -> u32 {
     const BIAS: i32 = 127;
     let (ah, al) = (a >> 8, a & 0xFF);
     let (bh, bl) = (b >> 8, b & 0xFF);
-    // The product without its last 16 bits. The lowest bit is set if any of them is set.
+    // The product without its last 16 bits. Its lowest bit is set if any of the dropped bits is set.
     let last = al * bl;
     let middle = ah * bl + al * bh + (last >> 8);
     let mut product = ah * bh + (middle >> 8);

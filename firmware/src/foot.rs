@@ -44,7 +44,7 @@ use crate::uart_requests;
 /// Period of the ticks unless [`Foot::disable_can`] sets another, µs.
 const TICK_US: u32 = 1_000;
 
-/// Stores and restores that may follow each other at once after power-up. Later, there is one in each 1024 ticks.
+/// Number of stores and restores that are possible at once after power-up. Every 1024 ticks, one more becomes possible.
 ///
 /// A sector of flash endures 10 000 erases (STM32F405 data sheet, DS8626), and 50 stores a second would use them up in
 /// hours. After a commanded reset there is none at first, so that resets do not raise the rate.
@@ -201,7 +201,7 @@ impl Foot {
     ///
     /// # Errors
     /// The defaults are inconsistent, too.
-    // Not inlined: the caller never returns, and would keep the parts of the foot on the stack.
+    // Not inlined, because the caller never returns and would keep the parts of the foot on the stack.
     #[inline(never)]
     pub fn new_in(
         place: &mut MaybeUninit<Self>,
@@ -243,7 +243,7 @@ impl Foot {
         }
     }
 
-    /// Sends only to the serial line, on a board without CAN. The ticks may then have another period than a
+    /// Lets the foot of a board without CAN send only to the serial line. Its ticks may have another period than a
     /// millisecond: `tick_us`, 1 to 65 535 µs.
     pub fn disable_can(&mut self, tick_us: u32) {
         self.tick_us = tick_us;
@@ -705,7 +705,7 @@ impl Foot {
             self.latch.hold_for(Fault::CanBusOff, EVENT_TICKS);
         }
         match state {
-            // Kept for a while, because a flickering bus would otherwise send an emergency each time.
+            // The fault is kept for a while, because a flickering bus would otherwise cause an emergency each time.
             BusState::Active if before != BusState::Active => {
                 self.latch.hold_for(Fault::CanErrorPassive, EVENT_TICKS);
             }
@@ -719,7 +719,7 @@ impl Foot {
         }
     }
 
-    /// Reports over the serial line at once. The emergency waits until the bus has recovered.
+    /// Reports bus-off over the serial line at once. Its emergency waits until the bus has recovered.
     fn report_bus_off(&mut self, out: &mut Outbox) {
         self.latch.keep(Fault::CanBusOff);
         let is_new = !self.faults().contains(Fault::CanBusOff);
@@ -730,8 +730,8 @@ impl Foot {
         }
     }
 
-    /// Raises a fault while the gyroscope's bias is too large to be learnt. Raises another from a rest with a wrong
-    /// specific force until a rest with the right one.
+    /// Raises a fault while the gyroscope's bias is too large to be learnt. Raises another fault after a rest with a
+    /// wrong specific force, and clears it after a rest with a plausible one.
     fn check_rest(&mut self, out: &mut Outbox) {
         self.set(Fault::GyroBias, self.estimation.excess_bias(), out);
         if let Some(force) = self.estimation.force_at_rest() {
@@ -743,7 +743,7 @@ impl Foot {
         }
     }
 
-    /// Raises a fault with this detail, or clears it if there is none.
+    /// Raises `fault` if there is a detail, and clears it otherwise.
     fn set(&mut self, fault: Fault, detail: Option<u32>, out: &mut Outbox) {
         match detail {
             Some(detail) => self.raise(fault, detail, out),
@@ -808,7 +808,8 @@ impl Foot {
         self.uart_sequence = self.uart_sequence.wrapping_add(1);
     }
 
-    /// Reports to the watchdog. A failed sensor has its own fault, and does not cause a restart.
+    /// Reports the workers that are alive, for the watchdog. A failed sensor has its own fault, and does not cause a
+    /// restart.
     fn report_liveness(&self, measurement: &Measurement, out: &mut Outbox) {
         let excused = measurement.activity != Activity::Measuring || self.faults().void_estimate();
         if measurement.raw.is_some() || excused {
@@ -863,8 +864,8 @@ impl SensorHealth {
     }
 }
 
-/// Request to restart the program or to reload its settings. At most one such request is with the board: the next one
-/// is passed on when the settings have been reloaded.
+/// Request to restart the program or to reload its settings. The board gets only one such request at a time. The next
+/// one is passed on when the settings have been reloaded.
 #[derive(Debug, Default)]
 struct Restart {
     wanted: Option<Request>,
@@ -883,7 +884,7 @@ impl Restart {
     }
 }
 
-/// Message with the codes of a sample. `range` is
+/// Returns a message with the codes of the sample, or `None` if there are none. `range` is
 /// [`Settings::accelerometer_range`](wire::Settings::accelerometer_range).
 fn raw_message(measurement: &Measurement, range: f32) -> Option<uart::RawMessage> {
     let raw = measurement.raw?;

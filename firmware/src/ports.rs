@@ -57,7 +57,8 @@ pub trait Mailboxes {
     fn try_send(&self, frame: &CanFrame) -> bool;
 }
 
-/// No controller. All frames are queued for a host. A [`Foot`](crate::Foot) without CAN queues none.
+/// Takes the place of a missing controller. All frames are queued for a host. A [`Foot`](crate::Foot) without CAN queues
+/// none.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoMailboxes;
 
@@ -167,7 +168,7 @@ impl<M: Mailboxes> Ports<M> {
         self.inputs.send(input).await;
     }
 
-    /// Queues the requests in some bytes of the UART for the foot, and the number of rejected frames.
+    /// Decodes bytes of the UART. Queues their requests and the number of rejected frames for the foot.
     pub async fn put_uart(&self, receiver: &mut UartReceiver, bytes: &[u8]) {
         for byte in bytes {
             if let Some(request) = receiver.push(*byte) {
@@ -199,7 +200,8 @@ impl<M: Mailboxes> Ports<M> {
     /// Takes the inputs of a tick.
     pub fn receive(&self, received: &mut Received) {
         received.inputs.clear();
-        // Most ticks have no input, and moving an empty result costs as much as moving a full one.
+        // The check comes first, because most ticks have no input and moving an empty result costs as much as moving a
+        // full one.
         while !self.inputs.is_empty()
             && !received.inputs.is_full()
             && let Ok(input) = self.inputs.try_receive()
@@ -226,7 +228,7 @@ impl<M: Mailboxes> Ports<M> {
             });
         }
         for request in outbox.requests() {
-            // The queue has room for as many as a foot has waiting.
+            // The queue has room for all requests that a foot can have waiting.
             let _ = self.requests.try_send(request.clone());
         }
         for worker in outbox.alive() {
@@ -246,7 +248,7 @@ impl<M: Mailboxes> Ports<M> {
 #[derive(Debug, Default)]
 pub struct UartBatch {
     bytes: heapless::Vec<u8, { uart::MAX_FRAME }>,
-    /// Consecutive batches with a contact in which a lane had frames, and room for none.
+    /// Consecutive batches with a contact in which some lane had frames, but no room to send one.
     crowded: u8,
 }
 
@@ -262,8 +264,8 @@ impl UartBatch {
     /// longest frame. If that is not enough, the next batch goes without the contact. So a line filled by contacts
     /// still sends responses.
     ///
-    /// Such a batch may last longer than a tick, and cost a contact. A line that keeps up never needs one: each of its
-    /// lanes sends a frame in a batch with the contact, or in the next batch without one.
+    /// Such a batch may last longer than a tick, and cost a contact. A line that keeps up never needs one, because each
+    /// of its lanes sends a frame in a batch with the contact, or in the next batch without one.
     const CROWDED: u8 = 4;
 
     fn fill(&mut self, queue: &UartQueue) -> &[u8] {
@@ -604,9 +606,10 @@ mod tests {
         assert_eq!(taken(&ports, &mut batch).0, [30]);
     }
 
-    /// A line at 1 Mbaud with all streams: each millisecond a contact and a raw sample, each tenth a health message,
-    /// and now and then a response of `response` bytes. No frame is taken during a tick, which lasts for `tick_us`; the
-    /// sender notices the end of a transfer `late_us` after it. Returns the number of contacts dropped.
+    /// Simulates a line at 1 Mbaud with all streams: each millisecond a contact and a raw sample, each tenth millisecond
+    /// a health message, and now and then a response of `response` bytes. No frame is taken during the work of a tick,
+    /// which lasts for `tick_us`. The sender notices the end of a transfer `late_us` after it. Returns the number of
+    /// contacts dropped.
     fn dropped_contacts(response: usize, tick_us: u64, late_us: u64) -> u32 {
         const MILLISECOND: u64 = 1_000;
         const BYTE_US: u64 = 10;
@@ -647,9 +650,9 @@ mod tests {
 
     #[test]
     fn full_line_keeps_all_contacts_of_a_late_sender() {
-        /// The longest line that goes with a contact: all responses do.
+        /// Length of the longest line that fits into a batch with a contact. All responses fit.
         const LONGEST: usize = 37;
-        // Ticks from the median under full load to twice the longest. With those of 500 µs the line is never idle.
+        // Work of a tick from the median under full load to twice the longest. With 500 µs the line is never idle.
         for tick_us in (140..=500).step_by(10) {
             for response in 1..=LONGEST {
                 for late_us in [0, 100] {

@@ -19,8 +19,8 @@
 //! | outputs at the end of the range for long | [`SATURATED_TICKS`] in a row; until then each sample is flagged | 50 ticks |
 //!
 //! **Slow bus.** After three errors of the bus, each within 1000 samples of the previous one, its speed is
-//! [reduced](BusSpeed::slower) by a step, which halves the clock of SPI: long wires or a level shifter may leave no time to
-//! read the data line. These count as errors:
+//! [reduced](BusSpeed::slower) by a step, which halves the clock of SPI, because long wires or a level shifter may leave
+//! no time to read the data line. These count as errors:
 //!
 //! - a start, or a run of measurements, that ends because identity or registers read wrong (failed starts take no samples);
 //! - a register that is read correctly only at the second attempt;
@@ -44,9 +44,9 @@
 //! sample, which is at most 150 µs old. Its timestamp assumes the mean age, so it errs by 75 µs at most. A sensor at
 //! a rate that is too low shows as samples that are not new.
 //!
-//! **Flags.** From the first bad tick on its sample is flagged, so that the estimate is "not stable" before the fault
-//! is identified. After each start samples stay flagged until each axis has changed, for some ten ticks: an axis that
-//! is stuck is never trusted.
+//! **Flags.** The sample of every bad tick is flagged, even of the first, so that the estimate is "not stable" before
+//! the fault is identified. After each start samples stay flagged until each axis has changed, which takes some ten
+//! ticks. So an axis that is stuck is never trusted.
 
 mod watch;
 
@@ -102,8 +102,8 @@ const _: () = assert!(READ_BACK_TICKS == 44);
 pub struct Tick {
     /// Time of the tick.
     pub time: Timestamp,
-    /// Time of the first data-ready edge after it: captured by hardware where the board can, else taken when the edge is
-    /// noticed. `None` if none came within [`EDGE_LIMIT_US`].
+    /// Time of the first data-ready edge after the tick, captured by hardware where the board can, else taken when the
+    /// edge is noticed. `None` if no edge came within [`EDGE_LIMIT_US`].
     pub edge: Option<Timestamp>,
     /// Edges since the previous tick, if the hardware counts them.
     pub edges: Option<u16>,
@@ -114,7 +114,8 @@ pub struct Tick {
 }
 
 impl Tick {
-    /// Time of the newest sample: that of the edge, or the expected time at the end of the wait.
+    /// Returns the time of the newest sample. It is the time of the edge, or without an edge the expected time of the
+    /// sample that is the newest at the end of the wait.
     #[must_use]
     pub fn sampled(&self) -> Timestamp {
         let wait = if self.is_without_line { 0 } else { EDGE_LIMIT_US };
@@ -373,7 +374,7 @@ pub struct Sensor<BUS> {
 }
 
 impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
-    /// Creates a sensor that has not been started, with a new sample at least each tick.
+    /// Creates a sensor that has not been started. `config` must give a new sample at least each tick.
     pub fn new(bus: BUS, config: Config) -> Self {
         Self {
             conversion: imu::Conversion::new(&config),
@@ -422,14 +423,14 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
         self.driver.bus().set_bus_speed(speed);
     }
 
-    /// Tries faster speeds of the bus, up to the fastest that may be tried. Returns whether a speed had a wrong reading:
-    /// the sensor must then be started again, because a reading may have arrived as a write.
+    /// Tries faster speeds of the bus, up to the fastest that may be tried. Returns whether a speed had a wrong reading.
+    /// In that case the sensor must be started again, because a read may have arrived as a write.
     async fn raise_speed(&mut self, delay: &mut impl DelayNs) -> bool {
         while self.bus.speed < self.fastest {
             let proven = self.bus.speed;
             self.set_speed(proven.faster());
             for _ in 0..TRIALS {
-                // The ticks go on: SPI may read all registers without a wait, for half a millisecond.
+                // The wait lets the ticks go on, because SPI may read all registers for half a millisecond without one.
                 delay.delay_us(TRIAL_MICROS).await;
                 let identity = self.driver.check_identity().await;
                 if identity.is_err() || self.driver.verify().await.is_err() {
@@ -490,13 +491,13 @@ impl<BUS: AsyncBus + SetBusSpeed> Sensor<BUS> {
         }
     }
 
-    /// Reads back one register, after the estimate. A difference is the next tick's fault.
+    /// Reads back one register, after the estimate. The next tick reports a difference as a fault.
     async fn check(&mut self, tick: &Tick) {
         self.found = self.read_back_one_register(tick.time).await;
     }
 
-    /// Issue of a sensor on which some axis has not changed since the start. Such an axis may be stuck, which is
-    /// detected later.
+    /// Returns an issue if some axis has not changed since the start. Such an axis may be stuck, but that is detected
+    /// only later.
     fn unchanged_axis(&self) -> Option<SampleIssue> {
         (!self.watch.frozen.every_axis_has_changed()).then_some(SampleIssue::AxisUnchanged)
     }

@@ -11,7 +11,7 @@ use wire::{Fault, Faults, Stage};
 pub enum Worker {
     /// A tick gave a sample, or a fault that explains its absence. Reported by the foot.
     Sampling,
-    /// The estimator has processed it. Reported by the foot.
+    /// The estimator has processed the sample of a tick. Reported by the foot.
     Estimator,
     /// The CAN task sent a frame, had none to send, or waited for the bus until its deadline. A bus without other nodes
     /// does not cause a restart.
@@ -46,8 +46,8 @@ impl Liveness {
         }
     }
 
-    /// Returns whether all workers have reported since the last call that returned true. If so, clears the
-    /// reports: feed the watchdog. Otherwise keeps them.
+    /// Returns whether all workers have reported since the last call that returned true. If so, clears the reports, and
+    /// the caller feeds the watchdog. Otherwise keeps the reports.
     #[must_use]
     pub fn all_alive(&self) -> bool {
         let alive = self.0.iter().all(|is_alive| is_alive.load(Ordering::Relaxed));

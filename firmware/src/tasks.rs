@@ -16,13 +16,14 @@ use crate::ports::{Mailboxes, Ports};
 use crate::sampling::{self, Measurement, Sensor, Tick, Ticks};
 use crate::supervision::{Cost, StackDepth};
 
-/// Time for the response to a stop to be sent, ms: some frames at 125 kbit/s.
+/// Time in which the response to a stop is sent, ms. It is enough for some frames at 125 kbit/s.
 const ANSWERING_MS: u32 = 20;
 
 /// Time for which the watchdog is fed before a new program is confirmed, ms.
 const CONFIRMED_MS: u32 = 10_000;
 
-/// Runs a foot on a board forever: each tick and the sensor, with its self-test if the settings request it.
+/// Runs the sensor and the foot of a board at each tick, forever. The sensor tests itself first if the settings request
+/// that.
 pub async fn sample<BUS: AsyncBus + SetBusSpeed>(
     sensor: Sensor<BUS>,
     delay: impl DelayNs,
@@ -140,7 +141,7 @@ pub async fn feed_watchdog<B: Board>(
             let is_reachable = || ports.has_had_request() || board.is_acknowledged();
             if !is_confirmed && feedings >= CONFIRMED_MS / B::FEEDING_MS && is_reachable() {
                 is_confirmed = board.confirm_program().is_ok();
-                // A failure may come from a low supply. Tries again in ten seconds.
+                // A failure may come from a low supply, so another attempt follows in ten seconds.
                 feedings = 0;
             }
         }

@@ -33,8 +33,8 @@ impl UartReceiver {
         }
     }
 
-    /// Frames rejected since the last call, if any. Call it once for each piece of bytes, so that a flood of garbage
-    /// does not cause a flood of reports.
+    /// Returns the number of frames rejected since the last call, if any. Call it once for each piece of bytes, so that
+    /// a flood of garbage does not cause a flood of reports.
     pub fn refused(&mut self) -> Option<u32> {
         let refused = self.decoder.drops().refused();
         let new = refused.wrapping_sub(self.reported);

@@ -7,15 +7,15 @@ use lsm6dsox::{FrozenDetector, RawSample};
 
 use super::{SETTLED_TICKS, Tick};
 
-/// Data-ready edges from one tick to the next, if they are counted: 6.67, plus or minus one and 10 % of the sensor's
-/// clock.
+/// Permitted number of data-ready edges from one tick to the next, if they are counted. The mean is 6.67. The range
+/// allows for one edge and for 10 % of the sensor's clock.
 const EDGES: RangeInclusive<u16> = 5..=8;
 
 /// Consecutive ticks with the right number of edges after which samples are read at the edge again.
 const EDGES_ARE_BACK: u16 = 1000;
 
-/// Number of lost edges, each within [`LOST_WITHIN`] ticks of the previous one, that show a defective line. One or two
-/// can be a stall of the core.
+/// Number of lost edges, each within [`LOST_WITHIN`] ticks of the previous one, that show a defective line. A stall of
+/// the core can lose one or two.
 const LOST: u8 = 3;
 const LOST_WITHIN: usize = 50;
 
@@ -27,8 +27,8 @@ const WRONG_RATE: u16 = 200;
 ///
 /// Computed from the noise of the preset: all six codes of a sample at rest repeat by chance once in 137 000 samples,
 /// and three times in a row once in 80 000 years. With half of that noise three in a row come three times a year, or
-/// once a day if the mean of each axis lies in the middle of a code. Then two in a row, which end by themselves, come
-/// first, and raise the limit. Four repeats would take up to 5.0 ms.
+/// once a day if the mean of each axis lies in the middle of a code. On such a part, two repeats in a row that end by
+/// themselves come first, and raise the limit. Four repeats would take up to 5.0 ms.
 pub const FROZEN_REPEATS: u16 = 3;
 
 /// Number of repeats from which a sample is not trusted.
@@ -163,7 +163,7 @@ impl Watch {
         let is_right = EDGES.contains(&number);
         self.wrong_rate =
             if number > 0 && !is_right { self.wrong_rate.saturating_add(1) } else { 0 };
-        // An edge is lost if others follow it. After the last edge of a dead line none follows, and a slow sensor
+        // A missing edge was lost if edges at the right rate follow. On a dead line none follows, and a slow sensor
         // sends too few.
         if self.edge_missed && is_right && self.without_edge == 0 {
             let is_soon = self.turn.wrapping_sub(self.lost_turn) <= LOST_WITHIN;
@@ -209,7 +209,7 @@ impl Watch {
         self.turn.wrapping_sub(self.stale_turn) >= 3 && self.good_ticks < SETTLED_TICKS
     }
 
-    /// Bit *i*: axis *i* repeats, in the order ax ay az wx wy wz.
+    /// Returns the axes that repeat, as bits: bit *i* is axis *i* in the order ax ay az wx wy wz.
     pub(super) fn frozen_axes(&self) -> u32 {
         let axes = if self.frozen.has_repeated(FROZEN_REPEATS) {
             FrozenDetector::EVERY_AXIS
@@ -219,7 +219,7 @@ impl Watch {
         u32::from(axes)
     }
 
-    /// Adds a tick to the count of bad ticks. Returns its issue if that causes a fault.
+    /// Counts a tick, which is bad if it has an issue. Returns the issue if the count then causes a fault.
     pub(super) fn count(
         &mut self,
         issue: Option<SampleIssue>,
@@ -469,7 +469,7 @@ mod tests {
         assert_eq!(after(lost, ordinary()), (None, ReadAt::Timer));
         assert_eq!(after(lost, lost), (None, ReadAt::Timer));
         let unannounced = Some(SampleIssue::Unannounced);
-        // A dead line, and a sensor that is too slow.
+        // A dead line sends no edge, and a sensor that is too slow sends four.
         for edges in [0, 4] {
             let second = tick(false, Some(edges));
             assert_eq!(after(lost, second), (unannounced, ReadAt::Edge));

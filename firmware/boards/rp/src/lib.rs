@@ -1,8 +1,9 @@
 //! The foot's program on a board with an RP2040 or an RP2350: its LSM6DSOX on I²C, frames over USB.
 //!
 //! The library `firmware` is the portable part, as on the other boards, and describes the path of a sample. This
-//! library has the chips and the levels. A feature selects the board, whose module is a table of its pins and clocks, and
-//! has what its chip alone needs: `nano_rp2040` or `feather_rp2350`. `wiring` is the same on all boards.
+//! library has the chips and the levels. A feature selects the board. The board's module, `nano_rp2040` or
+//! `feather_rp2350`, is a table of its pins and clocks, and has what only its chip needs. `wiring` is the same on all
+//! boards.
 //!
 //! | level | content |
 //! |---|---|

@@ -1,7 +1,7 @@
 //! Resets by the watchdog: the reason of this start, and the number of consecutive resets by an unfed watchdog.
 //!
 //! The loader also starts a copied program through the watchdog, as a timeout. A register of the watchdog distinguishes
-//! the two: a running program leaves its mark there. The ROM writes the other registers: see the board's
+//! the two, because a running program leaves its mark there. It is one that the ROM does not write, see the board's
 //! [`MARK_REGISTER`]. The register keeps its value over the watchdog's resets; all other resets clear it.
 
 use embassy_rp::pac;

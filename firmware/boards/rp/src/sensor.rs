@@ -48,7 +48,7 @@ pub struct Parts {
 impl Parts {
     /// Duplicates the peripherals for a restart of the controller.
     fn again(&mut self) -> Self {
-        // SAFETY: `SensorBus` drops the owner of the first ones before these are used.
+        // SAFETY: `SensorBus` drops the owner of the original peripherals before the duplicates are used.
         unsafe {
             Self {
                 controller: self.controller.clone_unchecked(),

@@ -31,7 +31,7 @@ const VENDOR: u16 = 0x2E8A;
 const PRODUCT: u16 = 0x000A;
 
 /// Current that the board may take, mA. Arduino's programs for it request as much, because pins of the board supply
-/// others.
+/// other devices.
 const MAX_POWER: u16 = 500;
 
 /// Largest packet of a full-speed bulk endpoint, bytes.

@@ -56,7 +56,7 @@ fn CAN1_TX() {
     cortex_m::asm::dsb();
 }
 
-/// Longer than the longest frame: 160 bits at 125 kbit/s take 1.28 ms.
+/// Wait that outlasts the longest frame, because 160 bits at 125 kbit/s take 1.28 ms.
 const FRAME: Duration = Duration::from_millis(2);
 
 /// Whether the controller has joined a bus: see [`bus_state`].
@@ -124,7 +124,7 @@ pub fn listen_as(node: u8) {
 /// Accepts NMT, SYNC, TIME and LSS, and for the own node id RPDO1 and SDO requests. Frames of other feet and for other
 /// nodes cost no instruction and take no place in the FIFO of three.
 fn set_filters() {
-    /// Data frames with two identifiers, as an element of a list of 16-bit filters (RM0090, 32.7.4).
+    /// Returns a filter register in 16-bit list mode that accepts data frames with two identifiers (RM0090, 32.7.4).
     const fn both(first: u16, second: u16) -> u32 {
         (first as u32) << 5 | (second as u32) << 21
     }
@@ -172,7 +172,7 @@ impl Control {
         let prescaler = clock.checked_div(quanta * bit_rate).unwrap_or(1);
         CAN1.btr().write(|w| {
             w.set_brp((prescaler as u16).wrapping_sub(1));
-            // The synchronisation and the second segment have one and three.
+            // The synchronisation segment has one quantum, and the second segment three.
             w.set_ts(0, quanta as u8 - 4 - 1);
             w.set_ts(1, 3 - 1);
             w.set_sjw(2 - 1);
@@ -331,7 +331,8 @@ enum Enable {
     Off,
 }
 
-/// Uses a critical section, because the interrupt of reception changes the same register.
+/// Enables or disables the interrupt of an empty mailbox, in a critical section because the interrupt of reception
+/// changes the same register.
 fn set_mailbox_empty_interrupt(enable: Enable) {
     critical_section::with(|_| CAN1.ier().modify(|w| w.set_tmeie(enable == Enable::On)));
 }

@@ -35,8 +35,8 @@ const PLL_MHZ: u32 = 320;
 /// Oscillator of the PLL at a low supply, MHz.
 const PLL_AT_LOW_SUPPLY_MHZ: u32 = 144;
 
-/// Polls of a low supply, on the internal oscillator. Each takes at least 5 cycles of 16 MHz, so this is at least 50
-/// ms: the output of a regulator has risen by then.
+/// Maximum polls while the supply is low, on the internal oscillator. Each takes at least 5 cycles of 16 MHz, so all
+/// take at least 50 ms. The output of a regulator has risen by then.
 const SUPPLY_POLLS: u32 = 160_000;
 
 const _: () = assert!(
@@ -106,7 +106,8 @@ pub fn config(clock: Clock) -> Config {
         prediv: PllPreDiv::from_bits((input_mhz / PLL_INPUT_MHZ) as u8),
         mul: PllMul::from_bits((pll_mhz / PLL_INPUT_MHZ) as u16),
         divp: Some(PllPDiv::DIV2),
-        // Unused, but it must be set: its reset value is lost, and 0 is forbidden. 45.7 of at most 48 MHz.
+        // This output is unused, but its divider must be set, because its reset value is lost and 0 is forbidden. It has
+        // 45.7 MHz, and 48 MHz are allowed.
         divq: Some(PllQDiv::DIV7),
         divr: None,
     });

@@ -35,8 +35,8 @@ struct Note {
 #[repr(transparent)]
 struct Retained<T>(UnsafeCell<MaybeUninit<T>>);
 
-// SAFETY: handlers that never return write it, and the start reads it before they can run; or only the thread level
-// uses it.
+// SAFETY: either handlers that never return write the value, and the start reads it before they can run, or only the
+// thread level uses it.
 unsafe impl<T> Sync for Retained<T> {}
 
 #[unsafe(link_section = ".uninit.crash")]

@@ -1,8 +1,8 @@
 //! The loader in the chip's ROM, started by pressing the button twice.
 //!
-//! A third of a second lies between a press and `main`: the ring oscillator, at 6.5 MHz, copies the program to RAM. A
-//! second press in that time would be lost, so the presses are counted before the copy. The second boot stage calls
-//! [`start`], which runs from flash and calls no function in RAM.
+//! A third of a second lies between a press and `main`, because the core copies the program to RAM while it runs from
+//! the ring oscillator, at 6.5 MHz. A second press in that time would be lost, so the presses are counted before the
+//! copy. The second boot stage calls [`start`], which runs from flash and calls no function in RAM.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;

@@ -78,8 +78,8 @@ pub fn clocks() -> ClockConfig {
 /// Manufacturer of the flash chips with an identifier of 16 bytes, by JEDEC: ISSI.
 const ISSI: u8 = 0x9D;
 
-/// Identifier of the flash chip. An IS25LP128F sends 16 bytes. Any other chip, such as an AT25SF128A, counts as one that
-/// sends eight: its output floats afterwards, so what is read there can change from one start to the next.
+/// Returns the identifier of the flash chip. An IS25LP128F sends 16 bytes. Any other chip, such as an AT25SF128A, counts
+/// as one that sends eight, because its output then floats, and further bytes could differ from one start to the next.
 pub fn identifier(flash: &mut SettingsFlash) -> [u8; 16] {
     let mut id = [0; 16];
     let [_, manufacturer, ..] = flash.0.blocking_jedec_id().unwrap_or(0).to_be_bytes();

@@ -20,7 +20,7 @@ const ENOUGH: u32 = 1_000;
 const PATTERNS: [[u8; 3]; 4] =
     [[0x00, 0xFF, 0x00], [0x55, 0xAA, 0x55], [0xFF, 0x00, 0xFF], [0x33, 0x0F, 0xC9]];
 
-/// Number of wrong or failed reads at the present clock of the bus, and number of all reads.
+/// Returns the number of wrong or failed reads at the present clock of the bus, and the number of all reads.
 async fn misreads(bus: &mut SensorBus) -> (u32, u32) {
     let (mut wrong, mut reads) = (0, 0);
     for pattern in PATTERNS {

@@ -43,7 +43,7 @@ const DEVICE: u16 = 0x413;
 const SAMPLES: u16 = 1_000;
 const TICKS: u16 = 1_000;
 
-/// Largest deviation of an edge from its place, µs. The part states none. The timer resolves 1 µs.
+/// Largest deviation of an edge from its place, µs. The sensor's data sheet states none. The timer resolves 1 µs.
 const JITTER_US: f32 = 10.0;
 
 /// Time from an edge at which its sample has been read and the next is not yet due, µs. Pulse and gap are 75 µs each,

@@ -24,7 +24,7 @@ const INPUT_MHZ: u32 = 2;
 /// Oscillator of the PLL, MHz.
 const PLL_MHZ: u32 = 160;
 
-/// Polls of the PLL: at least 20 ms of 16 MHz.
+/// Maximum polls until the PLL runs. They take at least 20 ms at 16 MHz.
 const POLLS: u32 = 64_000;
 
 /// `RCC_PLLCFGR` after a reset (RM0090, 7.3.2).
@@ -48,7 +48,7 @@ pub fn start() -> Ticks {
     Ticks(())
 }
 
-/// Returns whether the board's crystal runs, and the processor from it.
+/// Starts the board's crystal, and runs the processor from it. Returns whether that succeeds.
 fn start_crystal() -> bool {
     crystal::start(CRYSTAL_MHZ).is_ok() && start_pll(Pllsrc::HSE, CRYSTAL_MHZ)
 }
@@ -68,7 +68,7 @@ pub fn restore_speed() {
     FLASH.acr().write_value(Acr(0));
 }
 
-/// Returns whether the processor runs at 80 MHz from an oscillator of this frequency.
+/// Runs the processor at 80 MHz from an oscillator of this frequency. Returns whether that succeeds.
 fn start_pll(source: Pllsrc, mhz: u32) -> bool {
     RCC.pllcfgr().write(|w| {
         w.set_pllsrc(source);

@@ -38,7 +38,7 @@ impl Flash for ChipFlash {
             w.set_psize(Psize::PSIZE32);
             w.set_pg(true);
         });
-        // SAFETY: in the journal or a slot, which hold no variable. The address is aligned to a word.
+        // SAFETY: the address lies in the journal or a slot, which hold no variable, and is aligned to a word.
         unsafe {
             core::ptr::with_exposed_provenance_mut::<u32>(address as usize).write_volatile(word);
         }

@@ -32,11 +32,11 @@ const STREAM: usize = 2;
 /// Setting of the stream (RM0090, 10.5.5): channel 4, byte by byte from the peripheral to memory, circular.
 const RECEIVING: u32 = 4 << 25 | 1 << 10 | 1 << 8 | 1;
 
-/// Received bytes. DMA does not reach the memory that the linker gives the bootloader. Here the stack of the program
-/// begins, which does not outlive a reset.
+/// Received bytes. DMA does not reach the memory that the linker gives the bootloader. So the ring lies where the stack
+/// of the program begins, because that stack does not outlive a reset.
 const RING: *mut u8 = core::ptr::with_exposed_provenance_mut(0x2000_0000);
 
-/// Size of the ring: more than a block of the longest download, which has 127 lines.
+/// Size of the ring, bytes. It has room for a block of the longest download, which has 127 lines.
 const RING_BYTES: u16 = 4096;
 
 const _: () = assert!(RING_BYTES as usize > 127 * slcan::LONGEST);
