@@ -51,11 +51,9 @@ pub mod update;
 #[cfg(feature = "verify")]
 pub mod verify;
 
-/// Notes between the program and the bootloader. A reset keeps them, a power cut erases them.
+/// Notes between the program and the bootloader, at an address in RAM that the board's two programs share. A reset keeps
+/// them, a power cut erases them.
 pub mod note {
-    /// Address of the note, the last two words of CCM RAM, behind the memory that `memory.x` gives to the linker.
-    pub const ADDRESS: usize = 0x1000_FFF8;
-
     /// Written by the program: do not start it, because another program is to be received.
     pub const STAY: [u32; 2] = [0xF007_57A9, !0xF007_57A9];
 

@@ -6,6 +6,7 @@ use bootloader::flash::{Flash, FlashFailed, Sector, Slot};
 use bootloader::image::{Refusal, identification};
 use bootloader::journal::{Event, Progress, State};
 use bootloader::note;
+use stm32f405_chip::NOTE_ADDRESS;
 use storage::StoreFailed;
 use wire::node::Program;
 
@@ -61,7 +62,7 @@ pub fn confirm() -> Result<(), StoreFailed> {
     Ok(())
 }
 
-const NOTE: *mut [u32; 2] = core::ptr::with_exposed_provenance_mut(note::ADDRESS);
+const NOTE: *mut [u32; 2] = core::ptr::with_exposed_provenance_mut(NOTE_ADDRESS);
 
 /// Asks the bootloader not to start the program at the next reset.
 pub fn ask_for_bootloader() {

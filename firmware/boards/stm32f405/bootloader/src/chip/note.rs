@@ -1,9 +1,10 @@
 //! Access to the note.
 
 use bootloader::device::Restart;
-use bootloader::note::{ADDRESS, RESUME, STAY};
+use bootloader::note::{RESUME, STAY};
+use stm32f405_chip::NOTE_ADDRESS;
 
-const NOTE: *mut [u32; 2] = core::ptr::with_exposed_provenance_mut(ADDRESS);
+const NOTE: *mut [u32; 2] = core::ptr::with_exposed_provenance_mut(NOTE_ADDRESS);
 
 /// Returns whether the program asked the bootloader not to start it, and clears that request.
 pub fn take_stay() -> bool {
