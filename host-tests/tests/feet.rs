@@ -1,5 +1,5 @@
-//! The attitude filter on a foot over a long time: impacts, clipping, a sensor that warms up. The truth is the
-//! simulator's.
+//! Tests the attitude filter on a foot over a long time, with impacts, clipping, and a sensor that warms up. The
+//! simulator provides the true attitude.
 
 use estimator_core::{Params, Stream, Validity};
 use gait::plan::PlannedStep;

@@ -228,7 +228,7 @@ def test_datetime_index_with_a_time_zone_counts_from_1970(
 
 
 def write(recording: footfall.Recording, path: Path) -> None:
-    """Writes a recording as the program's table: numbers read back as the same float32."""
+    """Writes a recording as a table of the program, with enough digits that numbers read back as the same float32."""
     assert recording.load is not None
     with open(path, "w", encoding="utf-8") as file:
         file.write("t,ax,ay,az,wx,wy,wz,force,validity\n")

@@ -1,9 +1,10 @@
-"""Compares the states of a Unitree robot that `footfall replay --lowstate` has written into a copy of a bag with the robot's
-own, and with the contacts in the copy, read by a third-party library. A consumer compares the forces with a threshold.
+"""Checks, with rosbags, the LowStates that `footfall replay --lowstate` has added to a copy of a bag. Each must equal
+the robot's own message except for its forces.
 
 usage: low_state.py copy.mcap [scale]
 
-Without a scale the forces follow the decisions. With a scale they follow the loads, which are the robot's own forces.
+Without a scale, a consumer that compares the forces with a threshold must get the decisions in the copy. With a
+scale, the forces must be the loads, which are the robot's own forces, times the scale.
 Prints the number of states.
 """
 

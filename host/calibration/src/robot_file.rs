@@ -187,7 +187,7 @@ fn flatten(within: &str, table: &Table, found: &mut BTreeMap<String, String>) {
     }
 }
 
-/// Returns the table of a name in another table. Adds it if there is none.
+/// Returns the table `name` in the table `within`. Inserts an empty table if it is missing or is no table.
 fn sub_table<'a>(within: &'a mut Table, name: &str) -> &'a mut Table {
     let empty = || Value::Table(Table::new());
     let value = within.entry(name).or_insert_with(empty);

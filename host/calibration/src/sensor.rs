@@ -34,7 +34,8 @@ const ORIENTATIONS: usize = 6;
 /// Angle between up in two rests below which they are one orientation, degrees.
 const SAME_ORIENTATION: f64 = 15.0;
 
-/// Largest amplification of an error in a rest into bias or scale. Six rests with each axis up and down give 0.7.
+/// Largest accepted ratio of the error of a bias or a scale to the error of one rest. The ratio is 0.7 for six rests
+/// in which each axis points up once and down once.
 const LARGEST_DILUTION: f64 = 2.0;
 
 /// Largest RMS deviation of the rests from gravity after the fit, m/s²; more is neither bias nor scale.

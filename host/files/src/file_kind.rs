@@ -105,7 +105,7 @@ kinds! {
     SerialLog = "a recording of a foot's serial line", Some("decode it: it holds frames, no samples"), None;
     /// A file compressed with brotli, which has no magic bytes.
     Brotli = "compressed with brotli", Some("unpack it: brotli -d"), Some("unpack it: brotli -d");
-    /// Database of `SQLite`, which is read if it has the tables of a rosbag2.
+    /// Database of `SQLite`. A database with the tables of a rosbag2 is read as a bag; the advice is for all others.
     Sqlite = "an SQLite database without the tables of a rosbag2",
         Some("write a table: sqlite3 -header -csv walk.db \"SELECT …\""),
         Some(BY_PYTHON_CAN);

@@ -310,7 +310,7 @@ fn replay_corrects_the_readings() {
         let last: Vec<&str> = table.lines().last().expect("rows").split(',').collect();
         last[14..17].iter().map(|cell| cell.parse::<f64>().expect("a number").abs()).sum()
     };
-    // The paper method avoids learning of the residual gravity, which is not under test.
+    // Replay with the paper's method, because it does not learn the residual gravity. Learning is not under test.
     let paper = "method = 'half_widths'\n";
     fs::write(bench.path("paper.toml"), paper).expect("a file");
     let calibrated = paper.to_owned() + &read(&bench.path("robot.toml"));

@@ -159,7 +159,8 @@ fn ended_and_ticks(child: &std::process::Child) -> (bool, u32) {
 #[cfg(target_os = "linux")]
 #[test]
 fn interrupted_id_change_is_completed() {
-    // A foot with a known node is not searched for: an interruption of the search ends the command.
+    // The node is given so that the command does not search for the foot, because an interruption during the search
+    // would end the command before the change.
     let bench = Bench::new();
     let start = || bench.start("foot demo:speed=max --node 17 id FR", None);
     let mut whole = start();

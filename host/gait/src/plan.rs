@@ -469,7 +469,8 @@ fn hard_landing(speed: f64, random: &mut SeededRandom) -> TouchDown {
     }
 }
 
-/// A mat: some 4 g, and a rocking of a few degrees that settles in a quarter of a second.
+/// Draws a touch-down on a mat: an impact of about 4 g, then a rocking by a few degrees that settles within a
+/// quarter of a second.
 fn soft_landing(speed: f64, random: &mut SeededRandom) -> TouchDown {
     TouchDown {
         speed: speed * random.uniform(0.75..1.0),

@@ -1,4 +1,4 @@
-//! Unit of the accelerations, whether they contain gravity, and the axis that is up at rest.
+//! Checks of the acceleration at rest: its unit, whether it contains gravity, and which axis points up.
 
 use estimator_core::{Gravity, Vec3};
 use samples::mounting;

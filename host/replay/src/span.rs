@@ -2,8 +2,8 @@
 
 use estimator_core::Timestamp;
 
-/// Part of a recording, counted from its first sample. The estimator also processes the samples before it, because
-/// an estimate depends on the past.
+/// Time span of a recording, relative to its first sample. The estimator also processes the samples before the span,
+/// because an estimate depends on the past.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Span {
     from_us: u64,

@@ -46,7 +46,8 @@ pub fn walk(simulation: &Simulation) -> Result<Transmission, ParamsError> {
     walk_with(&settings(), simulation, |_, _| ())
 }
 
-/// Simulates a foot with other settings and with changes to the measurement of each tick, counted from 0.
+/// Simulates a foot with the given settings. Before each tick, calls `change` with the tick's index (from 0) and
+/// its measurement.
 ///
 /// # Errors
 /// The parameters of the settings are inconsistent.

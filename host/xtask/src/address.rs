@@ -24,7 +24,7 @@ const PLACES: [(&str, &str, &str); 2] = [
 /// Files that name another address, with the text that they should have.
 ///
 /// # Errors
-/// A file cannot be read, or has no address at its place.
+/// A file cannot be read, or lacks the text around the address.
 pub fn differing() -> Result<Vec<(&'static str, String)>> {
     let mut differing = Vec::new();
     for (file, before, behind) in PLACES {

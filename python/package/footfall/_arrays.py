@@ -39,7 +39,8 @@ def times(name: str, values: npt.ArrayLike) -> npt.NDArray[np.floating]:
 
 
 def validities(values: npt.ArrayLike) -> npt.NDArray[np.uint8]:
-    """Returns validities as numbers of 8 bits. A number that is no validity is a ``ValueError``."""
+    """Returns validities as ``uint8``. Raises ``ValueError`` if a number is not a validity, and ``TypeError`` if the
+    array is not numeric."""
     array = np.asarray(values)
     if array.dtype.kind not in "buif":
         raise TypeError(f"validity is an array of {array.dtype}, but numbers are expected")

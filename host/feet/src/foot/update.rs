@@ -328,7 +328,8 @@ fn confirm(client: &mut Client, foot: Installed, image: &Image) -> Result<Update
     if client.starts() != foot.starts {
         return Err(UpdateError::StartedAgain(foot.updated.foot));
     }
-    // Has no effect if the program has confirmed itself. The foot refuses it if the program could not be confirmed.
+    // Asks the foot to confirm the program. The foot refuses if the program could not be confirmed. A program that
+    // has already confirmed itself is not affected.
     control(client, control::CONFIRM)?;
     Ok(foot.updated)
 }

@@ -653,7 +653,7 @@ impl TopicImu {
         }
     }
 
-    /// Names the foot of the only frame so far by its frame, because there is another.
+    /// Renames the topic's first foot after its frame, because a second frame has appeared.
     fn split(&mut self, other: &str, wanted: &TopicFeet, pending: &mut VecDeque<Arrived>) {
         let Some((first, imu)) = self.frames.pop_first() else { return };
         let text = format!(

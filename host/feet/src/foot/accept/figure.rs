@@ -56,7 +56,7 @@ pub struct Figure {
     pub limit: &'static LimitedQuantity,
     /// The outcome.
     pub outcome: FigureOutcome,
-    /// Parts of the value, such as the names of faults; empty without any.
+    /// Details of the value, such as the names of faults. May be empty.
     pub detail: String,
 }
 

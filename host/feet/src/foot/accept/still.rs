@@ -144,7 +144,7 @@ pub(super) fn measure(client: &mut Client, person: &mut Person) -> StepFigures {
 /// Reads the period at which the foot sends contacts, µs; 0 if SYNCs trigger them.
 fn contact_period_us(client: &mut Client) -> Result<u64, RequestError> {
     let ms = match client.node() {
-        // The transmission type of the contact's PDO; its timer applies only without SYNCs.
+        // With transmission types 1 to 240, the foot sends the contact PDO on SYNC and ignores its event timer.
         Some(_) if (1..=240).contains(&client.read_number(index::TPDO, 2)?) => 0,
         Some(_) => client.read_number(index::TPDO, 5)?,
         None => client.read_number(index::UART_STREAMS, 1)?,

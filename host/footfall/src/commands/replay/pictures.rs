@@ -21,7 +21,7 @@ pub(super) enum Picture {
 }
 
 impl Picture {
-    /// Creates the picture for the part `span` of a foot, without samples.
+    /// Creates an empty picture of the time span `span` of a foot's recording.
     pub(super) fn new(drawing: Drawing, about: &About, span: Span) -> Self {
         let (from_s, to_s) = span.within(about.duration_us);
         let span = plot::span(from_s, to_s - from_s, about.sample_rate);
