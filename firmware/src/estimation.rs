@@ -79,7 +79,11 @@ impl Estimation {
             *seconds = seconds.max(1.0e-6 * tick_us as f32);
         }
         let stream = Stream::new(1.0e6 / tick_us as f32, Gravity::Included);
-        if let Ok(config) = stream.and_then(|stream| params.validate(stream)) {
+        let config = stream.and_then(|stream| params.validate(stream));
+        // No error is possible with ticks of 1 to 50 ms. The settings were checked at 1 kHz, and slower ticks only make
+        // their window shorter. An estimator limits what it has learnt to the checked ranges.
+        debug_assert!(config.is_ok(), "ticks of {tick_us} µs: {config:?}");
+        if let Ok(config) = config {
             self.estimator = AnyEstimator::new(&config);
         }
     }

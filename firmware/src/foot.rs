@@ -244,7 +244,8 @@ impl Foot {
     }
 
     /// Lets the foot of a board without CAN send only to the serial line. Its ticks may have another period than a
-    /// millisecond: `tick_us`, 1 to 65 535 µs.
+    /// millisecond: `tick_us`, 1000 to 50 000 µs. Faster ticks would make the longest window of the settings exceed its
+    /// capacity, and slower ones would be fewer than the estimator takes.
     pub fn disable_can(&mut self, tick_us: u32) {
         self.tick_us = tick_us;
         self.with_can = false;

@@ -246,7 +246,7 @@ fn a_tick_without_a_sample_is_alive_only_with_an_explanation() {
 fn slow_ticks_without_can_are_no_gaps() {
     let every_10_ms = (Address::new(index::UART_STREAMS, 1), Value::U16(10));
     // Four ticks are nearest to the period.
-    assert_eq!(contacts_of_slow_ticks(settings(&[every_10_ms])), 250);
+    assert_eq!(contacts_of_ticks::<2_400>(settings(&[every_10_ms])), 250);
 }
 
 #[test]
@@ -254,19 +254,31 @@ fn window_shorter_than_a_slow_tick_holds_one_sample() {
     let half_widths = (Address::new(index::ESTIMATION, 1), Value::U8(1));
     for window_us in [1_000, 1_199, 1_201, 2_399] {
         let window = (WINDOW, Value::U32(window_us));
-        assert_eq!(contacts_of_slow_ticks(settings(&[half_widths, window])), 1_000);
+        assert_eq!(contacts_of_ticks::<2_400>(settings(&[half_widths, window])), 1_000);
     }
 }
 
-/// Contacts that a foot without CAN sends in 1000 ticks of 2.4 ms, none of which has a gap before it.
-fn contacts_of_slow_ticks(settings: Settings) -> usize {
+/// A foot that kept the estimator of its start, which takes a sample each millisecond, would see a gap before each slower
+/// tick.
+#[test]
+fn each_period_of_ticks_takes_the_shortest_and_longest_window() {
+    let half_widths = (Address::new(index::ESTIMATION, 1), Value::U8(1));
+    for window_us in [1_000, 256_000] {
+        let settings = settings(&[half_widths, (WINDOW, Value::U32(window_us))]);
+        assert_eq!(contacts_of_ticks::<1_000>(settings.clone()), 1_000, "{window_us} µs");
+        assert_eq!(contacts_of_ticks::<50_000>(settings), 1_000, "{window_us} µs");
+    }
+}
+
+/// Contacts that a foot without CAN sends in 1000 ticks, none of which has a gap before it.
+fn contacts_of_ticks<const TICK_US: u32>(settings: Settings) -> usize {
     let foot = Foot::new(settings, Start::default());
     let mut foot = foot.expect("allowed settings");
-    foot.disable_can(2_400);
+    foot.disable_can(TICK_US);
     let ports = Ports::new();
     let mut contacts = 0;
     for number in 0..1_000 {
-        let time = Timestamp::from_micros(2_400 * number);
+        let time = Timestamp::from_micros(u64::from(TICK_US) * number);
         let tick = Tick { time, edge: Some(time), ..Tick::default() };
         let sample = ImuSample { validity: Validity::Valid, ..missing_sample(time) };
         let exchange = &mut Exchange::new();
