@@ -206,7 +206,7 @@ limits! {
         "less than half a code, which is 0.005 m/s², may be reported as frozen; 110 µg/√Hz (DS12814) is some 0.025",
         "too much: vibration or supply; too little: a filter is set wrongly";
     RATE_NOISE: Still, "noise of the gyroscope", "°/s", 0.02, 0.5,
-        "less than half a code, which is 0.07 °/s, may be reported as frozen; 3.8 mdps/√Hz (DS12814) is some 0.09",
+        "a sound axis below a quarter of a code of 0.07 °/s may be reported as frozen; 3.8 mdps/√Hz (DS12814) is some 0.09",
         "too much: vibration or supply; too little: a filter is set wrongly";
     BIAS: Still, "bias of the gyroscope", "°/s", 0.0, 6.0,
         "zero-rate level 1 °/s (DS12814); more than 6 is fault 0x7009",
