@@ -93,7 +93,7 @@ impl Error {
     }
 }
 
-/// An error of another kind that has ended the writing is that error.
+/// Unpacks an [`Error`] that the writing function has put into an [`std::io::Error`].
 impl From<OutputError> for Error {
     fn from(error: OutputError) -> Self {
         let whole = |error| Self::Worded(Box::new(error));
@@ -106,7 +106,7 @@ impl From<OutputError> for Error {
     }
 }
 
-/// An error of the recording that a source plays is that error.
+/// Unpacks the error of a recording that a source plays.
 impl From<LinkError> for Error {
     fn from(error: LinkError) -> Self {
         match error {

@@ -308,7 +308,7 @@ pub enum OutputError {
         /// Missing directory.
         directory: String,
     },
-    /// Contacts go into a copy of bags, and an input is another file.
+    /// Contacts are to be written to a copy of the bags, but an input is not a bag.
     #[error(
         "{0} would be a copy of the replayed bags with their contacts, so each recording must be mcap, rosbag2 or rosbag1"
     )]
@@ -322,7 +322,7 @@ pub enum OutputError {
     /// The requested forms of messages are for robots with different numbers of feet.
     #[error(transparent)]
     MixedBodies(#[from] MixedBodies),
-    /// Contacts go into a copy of a bag, and the input is not a file on disk.
+    /// Contacts are to be written to a copy of a bag, but the input is not a file on disk.
     #[error(
         "{0} becomes a copy of the recording, which is read twice: a bag on disk, not standard input or a pipe. \
          For the estimates alone name a .csv or .parquet"

@@ -268,7 +268,8 @@ impl UnheardLines {
         Self { sources: devices.cloned().collect(), began: None }
     }
 
-    /// Removes the line of this event if it is missing or has broken, which has a report of its own.
+    /// Removes the line of this event if the event says that the line is missing or has broken, because that is reported
+    /// separately.
     pub fn remove_waiting(&mut self, event: &FeedEvent) {
         if let FeedEvent::WaitsFor(error) = event {
             self.sources.retain(|source| source.device() != error.device_name());
@@ -355,7 +356,7 @@ impl SameName {
         let boards =
             [Board::of(first, are_serial[0], sources), Board::of(second, are_serial[1], sources)];
         let mut advice = rename_advice(&boards, unused, "play");
-        // The second of the two feet, because the first has the name already.
+        // Rename the second of the two feet, because the first had the name before.
         if let Some(line) = boards.iter().rev().find_map(|board| board.line.as_ref()) {
             advice += &format!("; for this command alone: --names {line}={unused}");
         }
@@ -406,7 +407,7 @@ impl Board {
             (None, None) if is_serial && !Path::new(line).is_file() => format!("uart:{line}"),
             (None, None) => line.to_owned(),
         };
-        // A log has the names of lines, which on this machine may be other devices.
+        // Find the line among the sources, because a line named in a log may be another device on this machine.
         let mut sources = sources.iter();
         let source = sources.find(|source| source.device() == Some(line));
         Self {

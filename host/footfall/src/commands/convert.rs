@@ -155,10 +155,11 @@ impl ConvertArguments {
         print_summary(&output, &feet, &scans, bag.as_ref(), thresholds)
     }
 
-    /// Reads all recordings, and returns their formats and feet. A name that one recording has twice is numbered.
+    /// Reads all recordings, and returns their formats and feet. If two feet of one recording have the same name, the
+    /// second gets a number.
     ///
     /// # Errors
-    /// A recording cannot be read, ends before the span begins, or has a foot of another one.
+    /// A recording cannot be read or ends before the span begins, or two recordings have a foot of the same name.
     fn read(&self, resolved: &Resolved) -> Result<(Vec<Format>, Vec<ConvertedFoot>), Error> {
         let mut formats = Vec::new();
         let mut feet: Vec<ConvertedFoot> = Vec::new();
@@ -267,7 +268,7 @@ fn print_summary(
     print_text(&text).map_err(Error::Print)
 }
 
-/// Returns whether the feet need different sample rates as options. No command reads all of them at once then.
+/// Returns whether the feet need different sample rates as options. If so, no command can read all feet at once.
 fn have_several_rates(scans: &[Scan]) -> bool {
     let mut rates = scans.iter().filter_map(|scan| scan.sample_rate);
     rates.next().is_some_and(|first| rates.any(|rate| rate != first))

@@ -37,7 +37,7 @@ pub struct DecodeArguments {
 
 impl DecodeArguments {
     pub(super) fn run(&self) -> Result<(), Error> {
-        // Names that contradict each other are an error even if one of them is of no line.
+        // Contradicting names are an error, even if a name belongs to a line that is not decoded.
         self.feet.feet()?;
         let mut named = self.feet.clone();
         if self.input != Path::new(STANDARD) {
@@ -74,7 +74,7 @@ impl DecodeArguments {
     fn write_rows(&self, path: &Path, feet: &KnownFeet) -> Result<Option<FileOutcome>, Error> {
         let mut result = None;
         write_file(path, self.overwrite.existing(), |to| {
-            // Nothing is written of a file that cannot be read.
+            // The header is written with the first row, so that nothing is written if the file cannot be read.
             let mut is_begun = false;
             let read = decode::read(&self.input, feet, &mut |row| {
                 if !std::mem::replace(&mut is_begun, true) {

@@ -199,7 +199,7 @@ impl MonitorState {
                 Update::Message(foot, message) => self.process_message(foot, &message.body),
                 Update::Quiet(_) => {}
                 Update::Line(FeedEvent::Ended(error)) => {
-                    // Any other end is the error of the command.
+                    // The normal end of a source is an event. For any other end, the command returns the error.
                     if let LinkError::Ended(_) = error {
                         self.add_event(None, error.to_string());
                     }

@@ -69,7 +69,7 @@ impl Ros2Arguments {
         let mut node = FootNode::new(options)?;
         let end = deadline(stream.clock(), self.seconds);
         let ended = stream.run(end, &mut node)?;
-        // Subscribers must not keep the last contacts as current.
+        // Report the feet as silent, so that subscribers do not take the last contacts as current.
         stream.end(&mut node)?;
         stream.report();
         finish(node)?;
@@ -108,8 +108,8 @@ fn look_around(node: &mut FootNode) {
     warn_of_others(node);
 }
 
-/// Warns once about another node of the same name, once about one that publishes the same topic, and once for each policy
-/// about subscribers that ask for more than is offered.
+/// Warns once about another node with the same name, once about another node that publishes the same topic, and once per
+/// policy about subscribers that request more than this node offers.
 fn warn_of_others(node: &mut FootNode) {
     if node.has_new_namesake() {
         warn(format!(

@@ -21,7 +21,7 @@ pub(crate) fn span(from: Option<f64>, to: Option<f64>) -> Result<Span, SpanError
 /// Checks that `--from` is not beyond the end of the longest foot of a file.
 ///
 /// # Errors
-/// It is beyond that end.
+/// `--from` is beyond that end.
 pub(crate) fn check_begin(file: &str, from: Option<f64>, feet: &[Stored]) -> Result<(), SpanError> {
     let durations_s = feet.iter().map(|foot| foot.about.duration_s());
     let duration = durations_s.fold(0.0, f64::max);

@@ -83,7 +83,7 @@ impl PageFoot {
     /// Adds an event.
     pub fn add_event(&mut self, event: &ContactEvent) {
         self.counts[event.kind as usize] += 1;
-        // The end of a slip has the same distance.
+        // The end of a slip has the same distance, so only the start is counted.
         if event.kind == EventKind::SlipStart {
             self.slipped += event.distance_m.unwrap_or(0.0);
         }
@@ -130,7 +130,7 @@ impl PageFoot {
 /// Errors of the writer.
 pub fn write(feet: Vec<PageFoot>, to: &mut dyn Write) -> io::Result<()> {
     let title = title(&feet);
-    // A text in the data cannot end the enclosing script: JSON has < in texts alone.
+    // Escape < so that no text in the data can end the enclosing script. In JSON, < occurs only in texts.
     let data = serde_json::to_string(&page_data(&title, feet))?.replace('<', "\\u003c");
     let mut rest = FRAME;
     // Placeholders are replaced in template order; inserted content is not searched again.
@@ -214,7 +214,7 @@ struct FootData {
     events: Vec<EventData>,
 }
 
-/// A line over time. Between two pieces it has a point without value.
+/// A line over time. A point without a value separates two pieces.
 #[derive(Serialize)]
 struct LineData {
     kind: &'static str,

@@ -167,7 +167,7 @@ impl Bridge {
         };
         let foot = self.feet.entry(index).or_insert_with(made);
         if foot.node != state.key.node {
-            // A foot on a serial line has the name of the line until its id is known.
+            // The id of a foot on a serial line has become known. Until then its topics have the name of the line.
             *foot = made();
         }
         let mut publish = |topic, message| published.push(Published::new(topic, *at, message));
@@ -371,7 +371,7 @@ impl FootMessages {
     fn raw(&self, raw: &RawMessage, stamp: Timestamp) -> Option<Imu> {
         let scaled =
             |codes: [i16; 3], scale: f32| codes.map(|code| f64::from(code) * f64::from(scale));
-        // An invalid sample was not read from the sensor.
+        // The values of an invalid sample are not readings of the sensor.
         let rate = scaled(raw.rate, raw.rate_scale);
         let force = scaled(raw.acceleration, raw.acceleration_scale);
         let is_valid = !matches!(raw.validity, Validity::Invalid);

@@ -23,7 +23,7 @@ const CHUNK_US: u64 = 1_000_000;
 /// Writer of an MCAP file.
 pub struct McapFile<W: Write + Seek> {
     writer: Writer<W>,
-    /// Channels of each topic: another bag may have several.
+    /// Channels of each topic. A topic copied from another bag may have several.
     channels: HashMap<Arc<str>, Vec<Declared>>,
     chunk_began_us: Option<u64>,
 }
@@ -98,7 +98,8 @@ impl<W: Write + Seek> McapFile<W> {
         self.put(&header, data)
     }
 
-    /// Id of a channel of a topic, and the number of its next message, if it was declared.
+    /// Returns the id of a declared channel of a topic and the number of its next message, which it increments; `None` if
+    /// the channel was not declared.
     fn next(&mut self, topic: &str, is: impl Fn(&Channel) -> bool) -> Option<(u16, u32)> {
         let mut channels = self.channels.get_mut(topic)?.iter_mut();
         let Declared { id, messages, .. } = channels.find(|declared| is(&declared.channel))?;
@@ -128,12 +129,12 @@ impl<W: Write + Seek> McapFile<W> {
         Ok(())
     }
 
-    /// Adds a channel; returns its id and the number of its first message. A schema that is there already is used again.
+    /// Adds a channel; returns its id and the number of its first message. Reuses an existing schema.
     fn declare(&mut self, channel: Channel) -> io::Result<(u16, u32)> {
         let message = &channel.message;
         let schema = match &channel.schema {
             Some(schema) => self.writer.add_schema(message, &schema.encoding, &schema.text),
-            // The name of the type is kept without its definition.
+            // Without a definition, keep at least the name of the type.
             None if !message.is_empty() => self.writer.add_schema(message, "", &[]),
             None => Ok(0),
         };
@@ -163,7 +164,8 @@ impl<W: Write + Seek> McapFile<W> {
     }
 }
 
-/// Returns the item of least time that a stream has next, and the index of the stream; the first of several.
+/// Returns the earliest of the streams' next items, and the index of its stream. If several items have the same time,
+/// the first stream wins.
 ///
 /// # Errors
 /// The first error of `next`, which returns a time and its item.

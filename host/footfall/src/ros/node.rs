@@ -205,7 +205,7 @@ impl FootNode {
         if let Some(events) = node.status_receiver() {
             let own = context.participant_entities_info();
             let found = Arc::clone(&has_namesake);
-            // Separate thread: the spinner fills the queue of events, which is short.
+            // A separate thread empties the queue of events, because the queue is short and the spinner fills it.
             let watch = thread::Builder::new().spawn(move || {
                 while let Ok(event) = block_on(events.recv()) {
                     if matches!(event, NodeEvent::ParticipantEntities(other) if share_a_name(&own, &other))
@@ -249,14 +249,14 @@ impl FootNode {
         self.node.fully_qualified_name()
     }
 
-    /// Returns once whether another node in the domain has the same namespace and name: tools of ROS show such nodes as
-    /// one, and their topics are the same.
+    /// Returns whether another node in the domain was found to have the same namespace and name; true only once. Tools of
+    /// ROS show such nodes as one, and their topics are the same.
     pub fn has_new_namesake(&self) -> bool {
         self.has_namesake.swap(false, Ordering::Relaxed)
     }
 
-    /// Returns a topic that another node in the domain publishes as well, once: subscribers get the messages of both
-    /// nodes. Ignores `/diagnostics`, on which any node publishes.
+    /// Returns a topic that another node in the domain publishes as well, because subscribers then get the messages of both
+    /// nodes. Returns a topic only once. Ignores `/diagnostics`, on which any node publishes.
     pub fn new_rival_topic(&mut self) -> Option<String> {
         let now = Instant::now();
         if self.next_look.is_none_or(|due| now < due) {

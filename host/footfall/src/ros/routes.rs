@@ -1,10 +1,11 @@
 //! Routes to subscribers on this machine, found again where `rustdds` missed them.
 //!
-//! `rustdds` sends to an address of the loopback interface only if a datagram of that participant came from it, and knows a
-//! datagram's participant by its header alone. `CycloneDDS` gives the participants of a process one socket, and puts messages of
-//! several of them into one datagram. So a subscriber may be matched before its own participant was seen, and then it gets
-//! nothing as long as it lives. Another writer of the topic makes `rustdds` choose the routes to all its subscribers again, so
-//! such topics get one for a second.
+//! `rustdds` sends to a loopback address only after it has received a datagram of the same participant from that address,
+//! and it takes the participant from the header of the datagram. `CycloneDDS` uses one socket for all participants of a
+//! process, and puts messages of several participants into one datagram, whose header names only one of them. So
+//! `rustdds` may match a subscriber before it has seen a datagram of the subscriber's participant, and then it never sends
+//! to the subscriber. A new writer of the topic makes `rustdds` choose the routes to all subscribers of the topic again,
+//! so a second writer is created for a second.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::SocketAddr;

@@ -224,7 +224,7 @@ pub struct TopicLine {
     waker: Waker,
     /// Feet by their topics. The feet of patterns are added once the topics are known.
     feet: Vec<WantedFoot>,
-    /// Topics that patterns match, those of them that were added, and the time of the newest that was not.
+    /// Topics that match a pattern, the topics that were added, and the time of the newest match that is not added yet.
     matched: BTreeSet<String>,
     added: BTreeSet<String>,
     matched_at: Option<Instant>,
@@ -259,7 +259,7 @@ struct SubscribedTopic {
     loads: Vec<TopicLoad>,
     /// Whether a message that cannot be decoded was reported.
     has_reported_message: bool,
-    /// Newest writer, and changes from one writer to another while both send.
+    /// Writer of the newest message, and the number of changes between writers while both send.
     writer: Option<GUID>,
     changes: u32,
 }
@@ -392,8 +392,8 @@ impl TopicLine {
         Ok(())
     }
 
-    /// Collects the topics of patterns, and adds their feet once no other topic comes. Drivers may start one after the other,
-    /// so topics that come later are added, too.
+    /// Collects the topics that match a pattern, and adds their feet once no further topic appears. Drivers may start one
+    /// after the other, so topics that appear later are added, too.
     fn match_patterns(&mut self, found: &[Publisher]) {
         let patterns: Vec<&str> = (self.wanted.feet.iter())
             .filter_map(|foot| foot.is_pattern().then_some(foot.topic.as_str()))
@@ -525,7 +525,7 @@ impl TopicLine {
     /// Takes all messages that have arrived.
     fn take_messages(&mut self) {
         let mut topics = std::mem::take(&mut self.topics);
-        // Loads first, so that a sample has the newest one.
+        // Take the loads before the samples, so that each sample gets the newest load.
         for with_imus in [false, true] {
             let of_kind = |topic: &&mut SubscribedTopic| topic.imus.is_empty() != with_imus;
             for topic in topics.iter_mut().filter(of_kind) {
@@ -545,8 +545,8 @@ impl TopicLine {
         self.topics = topics;
     }
 
-    /// Returns a sentence about the first sample of a foot, with this frame, if it is probably of the trunk. Of several IMUs,
-    /// those of feet have the same frames as the trunk on some robots.
+    /// Returns a warning about the first sample of a foot with this frame if it probably comes from the IMU of the trunk.
+    /// Returns nothing if there are several feet, because on some robots their IMUs have the same frame as the trunk's.
     fn trunk_text(&self, foot: &WantedFoot, frame: &str) -> Option<String> {
         let topic = &foot.topic;
         // Topics that name the trunk were reported before.
@@ -730,7 +730,7 @@ impl Link for TopicLine {
             for topic in &self.topics {
                 topic.found.reader.set_waker(Some(self.waker.clone()));
             }
-            // Read after the wakers are set, because a message that came before would wake nothing.
+            // Read only after setting the wakers, because a message that arrived before does not wake this thread.
             self.take_messages();
             if !self.pending.is_empty() {
                 continue;

@@ -1,7 +1,8 @@
 //! Calibration of feet while they stand and walk.
 //!
-//! A foot learns by itself. Here it is asked to stand, which shows its axes, and to walk until it has learnt enough; then
-//! both are written to it, and to a configuration file. All feet of a robot learn from the same walk.
+//! A foot learns by itself. The person first lets each foot stand, which shows its sensor's axes, and then walk until it
+//! has learnt enough. Then the axes and the learnt values are written to the feet, and to a configuration file. All feet
+//! of a robot learn from the same walk.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -88,7 +89,7 @@ impl FoundAxes {
 pub(super) fn calibrate(arguments: &CalibrateArguments, sources: &[Source]) -> Result<(), Error> {
     arguments.check_output(&[])?;
     let resolved = arguments.recording.resolved(None)?;
-    // Settings of the feet are changed and put back.
+    // An interruption must not end the program while settings of the feet are changed for the calibration.
     finish_when_interrupted();
     let mut feet = open(arguments, sources)?;
     for foot in &mut feet {
@@ -117,7 +118,7 @@ pub(super) fn calibrate(arguments: &CalibrateArguments, sources: &[Source]) -> R
 /// Connects to the feet.
 ///
 /// # Errors
-/// A foot does not respond, or two boards have one name: the result of one would replace the result of the other.
+/// A foot does not respond, or two boards have the same name, so that one result would replace the other.
 fn open(arguments: &CalibrateArguments, sources: &[Source]) -> Result<Vec<Walking>, Error> {
     let mut feet: Vec<Walking> = Vec::new();
     for (index, source) in sources.iter().enumerate() {
@@ -186,7 +187,7 @@ fn write(foot: &mut Walking) -> Result<(), Error> {
     let FoundAxes::Known(Some(mounting)) = &foot.axes else {
         return Ok(());
     };
-    // A new mounting starts a new estimate, with the values that are kept.
+    // The mounting is written last, because it restarts the estimate, which begins with the stored values.
     let values = settings_of(&mounting.axes);
     let values = values.into_iter().map(|(name, value)| (name.to_owned(), value));
     let values: SettingValues = settings::from_configuration(values, foot.client.node())?.values;

@@ -128,7 +128,7 @@ impl CalibrateArguments {
                 return Err(CalibrateError::TopicsAndFeet(topics.to_string()).into());
             }
             let sources = self.topics.apply(sources)?;
-            // The file of --config is updated with the result.
+            // --config is allowed, because the result updates its file.
             let mut of_recordings = self.given.among::<RecordingArguments>();
             of_recordings.retain(|option| option != "--config");
             let of_files = [self.given.among::<FileArguments>(), of_recordings];
@@ -451,7 +451,7 @@ impl Display for FeetReport {
     }
 }
 
-/// Sets the learnt values and the mounting in the file, for the foot that it is set to.
+/// Sets the learnt values, the mounting and the load thresholds in `file`, for its current foot.
 fn set_learnt(mut file: RobotFile, report: &WithInputs<LearntFoot>) -> RobotFile {
     file.set_learnt(&report.report);
     file.set_mounting(report.mounting.as_ref());

@@ -20,7 +20,7 @@ use crate::messages::{aside, warn};
 use crate::source::{Source, text_of};
 use crate::stream::{NothingHeard, deadline, feed_of, is_detail, is_over, line_event_text};
 
-/// Shortest time of samples of a foot, s: it stands and walks.
+/// Shortest duration of the samples of a foot, s. The foot must stand and walk in that time.
 const LEAST_S: f64 = 10.0;
 
 /// Longest wait for an event.

@@ -384,7 +384,7 @@ impl FootArguments {
         // An interruption while storing would leave the foot not streaming.
         finish_when_interrupted();
         calibration::store(client, Calibration::Keep)?;
-        // The stored numbers (0x2018): the current ones (0x2120) keep changing.
+        // The stored numbers (0x2018) are reported, because the current numbers (0x2120) keep changing.
         let learnt = calibration::numbers(client, index::LEARNT)?;
         let correction = calibration::numbers(client, index::ACCELEROMETER)?;
         let gyroscope_bias_rad_s = calibration::gyroscope_bias_rad_s(client)?;
@@ -403,7 +403,7 @@ impl FootArguments {
 /// Checks that no orderly end was requested.
 ///
 /// # Errors
-/// One was requested.
+/// An orderly end was requested.
 pub(super) fn check_interruption() -> Result<(), Error> {
     if is_interrupted() { Err(FootError::Interrupted.into()) } else { Ok(()) }
 }
@@ -660,7 +660,7 @@ const MOST_BYTES: u64 = 1 << 20;
 fn read_file(path: &Path, client: &mut Client) -> Result<SettingValues, Error> {
     let node = client.node();
     let error = |message: String| FootError::File { file: path.display().to_string(), message };
-    // Up to one byte beyond the maximum size.
+    // One byte more than the maximum size shows that the text is too long.
     let text = if path == Path::new(STANDARD) {
         io::read_to_string(io::stdin().take(MOST_BYTES + 1))
     } else {

@@ -43,7 +43,7 @@ impl<'a> ImageFile<'a> {
         Ok(Self { name, bytes })
     }
 
-    /// Returns whether the file is copied to the drive of a foot on USB; images are sent over a line.
+    /// Returns whether the file is to be copied to the drive of a foot on USB. An image is sent over a line instead.
     pub(super) fn is_for_usb(&self) -> bool {
         usb::is_program(&self.bytes)
     }

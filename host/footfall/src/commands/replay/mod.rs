@@ -251,7 +251,7 @@ impl Replay {
         let arguments = &self.arguments;
         let row_names = self.row_names(feet.len());
         let pictures = self.picture_paths(&feet);
-        // `check_targets` knew only the name in `--plot`, and not the names of the pictures of several feet.
+        // `check_targets` checked only the name in `--plot`, because the names of several pictures depend on the feet.
         pictures.iter().try_for_each(|path| self.existing.check(path))?;
         let mut written = Vec::new();
         #[cfg(feature = "bags")]

@@ -1,7 +1,8 @@
 //! Replay of a stream: the row of a sample is printed as soon as the sample has arrived on standard input.
 //!
-//! The rate is that of `--sample-rate`, or of the times in the first second, whose rows come at once. The samples are checked
-//! while they come, so a finding is reported long before the stream ends. A file that is redirected to standard input is read as a whole.
+//! The sample rate is given by `--sample-rate`, or found from the times in the first second. In the latter case the rows
+//! of that second are printed together at its end. Samples are checked as they arrive, so that a finding is reported long
+//! before the stream ends. A file that is redirected to standard input is read as a whole.
 
 use std::collections::BTreeSet;
 use std::io::{self, Write};
@@ -59,7 +60,7 @@ impl Replay {
         let reading = &arguments.recording.reading;
         let opened = open_recording(input, reading.format, &self.bars)?;
         let input_options = reading.input_options(&self.resolved, ContactUse::Ignored);
-        // Settings of single feet are checked against the names in whole recordings.
+        // Settings of single feet need the names of all feet, which only a whole recording shows.
         let has_feet =
             !self.resolved.overrides.feet.is_empty() || !input_options.foot_corrections.is_empty();
         if has_feet || !opened.can_stream(&input_options) {
@@ -95,7 +96,7 @@ impl Replay {
         written.map_err(OutputError::unwritable(Path::new(STANDARD)))?;
         let notices = opened.stream(input_options, &mut |streamed| rows.take(streamed));
         let notices = match (notices, rows.failed.take()) {
-            // The reader of the output has gone, as `head` does, or a parameter is wrong.
+            // The reader of the output, such as `head`, has closed it, the span has ended, or a parameter is wrong.
             (_, Some(StreamEnd::Closed)) => return Ok(()),
             (_, Some(StreamEnd::Failed(error))) => return Err(*error),
             (notices, None) => notices?,
@@ -106,7 +107,7 @@ impl Replay {
         let findings = with_mounting(running.check.findings(), &input_options.correction.mounting);
         let reading = &self.arguments.recording.reading;
         let is_new = |finding: &Finding| !running.reported.contains(finding.name());
-        // With --strict, a finding is an error even if it was a warning before.
+        // With --strict, findings that were printed as warnings during the stream are still errors.
         let left = findings.into_iter().filter(|finding| reading.strict || is_new(finding));
         reading.report(file, &left.collect::<Vec<_>>())
     }
@@ -193,7 +194,7 @@ impl RowStream<'_> {
             return self.end_if_failed(|rows| rows.write(&[sample]));
         }
         self.held.push(sample);
-        // Without times, a missing rate is an error.
+        // Without times, waiting would not give the rate: `start` reports that it is missing.
         let is_known = self.given_rate.is_some()
             || !has_times
             || self.held.len() >= LEAST_SAMPLES
@@ -230,7 +231,7 @@ impl RowStream<'_> {
         self.write(&held)
     }
 
-    /// Writes the rows of samples, which the reader has at once.
+    /// Writes the rows of samples, and flushes them so that the reader gets them at once.
     fn write(&mut self, samples: &[RecordedSample]) -> Result<(), StreamEnd> {
         let Some(running) = &mut self.running else { return Ok(()) };
         let span = self.replay.span;

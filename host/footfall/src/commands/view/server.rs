@@ -1,8 +1,8 @@
 //! Server of messages by topic over a WebSocket, using the Foxglove protocol, which `PlotJuggler` reads as well.
 //!
-//! A page of any website can connect to a WebSocket of this machine, and anyone can if `--host` says so. So the server
-//! answers only pages of Foxglove and of this machine, ends a handshake that takes too long, and has a bound on the number of
-//! clients and on the memory of each. Programs send no origin.
+//! Browsers let the pages of any website connect to a WebSocket of this machine, and with `--host` other machines can
+//! connect, too. So the server accepts only pages of Foxglove and of this machine, ends a handshake that takes too long,
+//! and limits the number of clients and the memory of each. Programs other than browsers send no origin.
 //!
 //! Each client has its own queue, emptied by its own thread. If a client reads too slowly, its oldest messages are
 //! dropped; reception from the feet and other clients are not affected.
@@ -398,7 +398,7 @@ fn is_allowed(origin: &str, headers: &HeaderMap<HeaderValue>, allowed: &[String]
     let is_here =
         name == "localhost" || name.parse::<IpAddr>().is_ok_and(|address| address.is_loopback());
     let own = headers.get("host").and_then(|host| host.to_str().ok());
-    // A name that leads to this machine could be anyone's, an address could not.
+    // Only an address is accepted, because an attacker can make a host name of his own resolve to this machine.
     let is_own = own == Some(host) && name.parse::<IpAddr>().is_ok();
     is_foxglove || is_here || is_own
 }
@@ -444,7 +444,7 @@ enum ClientRequest {
     Unsubscribe {
         subscription_ids: Vec<u32>,
     },
-    /// A request of a capability that the server does not have.
+    /// A request that belongs to a capability that the server does not offer.
     #[serde(other)]
     Other,
 }

@@ -53,8 +53,8 @@ impl<'a> BagCopy<'a> {
     /// Checks, before anything is written, that these feet can be in one copy.
     ///
     /// # Errors
-    /// Two bags have the same foot, or messages of all feet are requested and the contacts of a foot were recorded, a
-    /// foot has no place, or a place has no foot.
+    /// Two bags have the same foot. If messages of all feet are requested, it is also an error if the contacts of a foot
+    /// were recorded, if a foot has no place, or if a place has no foot.
     pub(in super::super) fn check(&self, feet: &[CopiedFoot]) -> Result<(), Error> {
         check_names(feet)?;
         let Some(option) = self.arguments.option() else {
@@ -318,7 +318,7 @@ impl<W: Write + io::Seek> Merger<'_, '_, W> {
             let (file, topic) = (self.file.to_owned(), channel.topic.clone());
             return Err(wrapped(MergeError::TopicTaken { file, topic }.into()));
         }
-        // Of equal times of writing the sample comes before its contact, whose time is rounded to µs.
+        // A contact with the same time of writing follows its sample. The times of contacts are rounded to µs.
         self.messages_until((times.log_ns.saturating_sub(1000)).div_euclid(1000))?;
         self.bag.copy(channel, times, payload)?;
         let Some(low_state) = &mut self.low_state else {
