@@ -47,8 +47,8 @@ pub enum Restart {
 enum Received {
     /// No download, or a refused one.
     Nothing,
-    /// A transfer has begun. Objects are not read during a transfer, so a read in this state means that it was broken
-    /// off.
+    /// A transfer has begun. Objects are not read during a transfer, so a read in this state means that the transfer was
+    /// broken off.
     Part,
     /// The slot for a new program holds a complete one.
     Program,

@@ -353,7 +353,7 @@ impl Header {
     /// Checks whether the program may replace the running one on `board`. Does not check hash and signature.
     ///
     /// # Errors
-    /// The reason why not.
+    /// The reason why the program may not replace the running one.
     pub fn check(&self, board: Board, running: Option<&Self>) -> Result<(), Refusal> {
         if self.board != board {
             return Err(Refusal::OtherBoard);

@@ -177,13 +177,13 @@ pub struct State {
 }
 
 impl State {
-    /// Reads the journal. A record that reads as blank does not end it, because weak bits after a power cut can read
-    /// so.
+    /// Reads the journal. A record that reads as blank does not end the journal, because a record with weak bits after a
+    /// power cut can read as blank.
     #[must_use]
     pub fn read(flash: &impl Flash) -> Self {
         let mut state = Self::default();
         let is_marked = is_marked(flash);
-        // The number of a program that was sent.
+        // The kind of a program that was sent has the number 1.
         let is_sent = matches!(flash.read(Slot::Running.start() + 8).to_le_bytes(), [_, 1, ..]);
         if is_sent {
             state.progress = Progress::Trial(0);
@@ -251,8 +251,9 @@ impl State {
         }
     }
 
-    /// Makes the end of the journal read the same at each start from now on: writes the last record again, and sets the
-    /// events behind it to zero up to the first record that reads as blank, because an interrupted one can read so.
+    /// Makes the end of the journal read the same at each start from now on. Writes the last record again, and sets the
+    /// events behind it to zero, including the first record that reads as blank, because an interrupted record can read
+    /// as blank.
     ///
     /// # Errors
     /// The flash failed.
@@ -265,7 +266,7 @@ impl State {
         }
         for index in self.used..RECORDS {
             let was_blank = is_blank(flash, index);
-            // A bad cell makes no valid record.
+            // A failure is ignored, because a bad cell makes no valid record.
             let _ = void(flash, index);
             self.used = index + 1;
             if was_blank {
@@ -325,7 +326,7 @@ impl State {
         flash.program(JOURNAL + 4, complement)?;
         for at in (JOURNAL + RECORD..JOURNAL + JOURNAL_SIZE).step_by(4) {
             if flash.read(at) != u32::MAX {
-                // A bad cell makes no valid record.
+                // A failure is ignored, because a bad cell makes no valid record.
                 let _ = flash.program(at, 0);
             }
         }

@@ -150,7 +150,7 @@ impl<F: Flash> Node<F> {
         if is_used {
             self.unused_ms = 0;
         }
-        // A read by another client during a block is ignored. It does not prolong a transfer whose master is gone.
+        // A read by another client during a block is ignored, and so does not prolong a transfer whose master is gone.
         if is_used || answer.is_some() {
             self.idle_ms = 0;
         }
@@ -171,13 +171,13 @@ impl<F: Flash> Node<F> {
         const FASTSCAN: u8 = 0x51;
         const CONFIGURE_BIT_TIMING: u8 = 0x13;
         const STORE: u8 = 0x17;
-        // Bits 31 to 0, and 0x80 in the first request (CiA 305).
+        // The number of the bit to check is 31 to 0, or 0x80 in the first request (CiA 305).
         if let [FASTSCAN, _, _, _, _, 0x20..=0x7F | 0x81.., ..] = *request {
             return None;
         }
         let configuring = self.lss.state() == lss::LssState::Configuration;
         let [service, ..] = *request;
-        // 1: not supported. Settings belong to the program.
+        // Error 1 means not supported, because the settings belong to the program.
         let answer = if configuring && matches!(service, CONFIGURE_BIT_TIMING | STORE) {
             [service, 1, 0, 0, 0, 0, 0, 0]
         } else {

@@ -32,11 +32,11 @@ fn read(flash: &impl Flash, start: u32, bytes: &mut [u8]) {
 
 /// Returns the header of the program in a slot if both match the hash in the header.
 ///
-/// A program written by a probe has neither hash nor signature, and counts as whole: a copy of it gets its header last.
-/// If it has either, it was sent, and a bit of its kind has been cleared.
+/// A program written by a probe has neither hash nor signature. It counts as whole, because a copy of it gets its header
+/// last. If a program of this kind has a hash or a signature, it was sent, and a bit of its kind has been cleared.
 ///
 /// # Errors
-/// The reason why it is not whole.
+/// The reason why the program is not whole.
 pub fn check(flash: &impl Flash, slot: Slot) -> Result<Header, Refusal> {
     let header = header(flash, slot)?;
     if header.kind == Kind::Probed {
@@ -89,8 +89,7 @@ pub fn clear(flash: &mut impl Flash, slot: Slot) -> Result<(), FlashFailed> {
     flash.erase(Sector::Slot(slot))
 }
 
-/// Copies a program to another slot, after clearing that. The first word comes last, so that an interrupted copy has no
-/// header.
+/// Clears a slot, and copies a program to it. The first word comes last, so that an interrupted copy has no header.
 ///
 /// # Errors
 /// The flash failed, or the program has no header.

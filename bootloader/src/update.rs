@@ -61,7 +61,7 @@ const fn is_unchanged(state: &State) -> bool {
     }
 }
 
-/// Performs the steps, from a journal with room.
+/// Performs the steps with a journal that has room for their records.
 fn proceed(
     state: &mut State,
     flash: &mut impl Flash,
@@ -83,7 +83,7 @@ fn proceed(
                 Err(why) => Event::Ended(why),
             },
             Progress::Replacing => {
-                // Once per start, because it takes a second.
+                // The check is done once per start, because it takes a second.
                 let checked = if is_checked { Ok(()) } else { check_new(flash, key) };
                 match checked.and_then(|()| replace(flash)) {
                     Ok(()) => Event::Started,
@@ -99,7 +99,7 @@ fn proceed(
                 }
                 Event::Ended(why)
             }
-            // Only a program that was sent is on trial. A probe has replaced this one.
+            // Only a program that was sent is on trial, so a probe has replaced it.
             Progress::Trial(_) if is_probed(flash) => Event::Confirmed,
             Progress::Trial(starts) if is_whole(flash) => {
                 if starts < MOST_STARTS {
@@ -153,8 +153,8 @@ fn keep(flash: &mut impl Flash, state: &State) -> Result<Event, FlashFailed> {
         return Ok(if is_marked(flash) { Event::Confirmed } else { Event::Started });
     }
     if state.trial.is_none() && is_whole(flash) {
-        // The record of its confirmation may be weak. The previous program is overwritten now, so from here on each start
-        // must come to the same decision.
+        // The record of the running program's confirmation may be weak. The previous program is overwritten now, so from
+        // here on each start must come to the same decision.
         mark(flash)?;
         program::copy(flash, Slot::Running, Slot::Previous)?;
     }

@@ -16,13 +16,13 @@
 //!   would leave a bias.
 //! * The tilt must settle in a stance of a few tenths of a second. So in quiet the filter's time runs up to
 //!   [`AttitudeParams::quiet_gain`] times faster.
-//! * Samples get lost. In a gap of up to a second the foot turns at the mean of the rates on both sides, for a tenth of a
-//!   second at most, and the doubt about up grows with the difference between them. After a longer gap, or a turn of a
-//!   radian, up has to be found again.
+//! * Samples get lost. In a gap of up to a second the foot is assumed to turn at the mean of the rates on both sides, for
+//!   a tenth of a second at most, and the doubt about up grows with the difference between the two rates. After a longer
+//!   gap, or a turn of a radian, up has to be found again.
 //! * The first samples may be wrong, as a stale reading or an impact is. So the filter restarts with a sample that
 //!   contradicts them.
-//! * A clipped accelerometer sample is never used: the true force is unknown. After clipping, the estimate is trusted
-//!   less until it has settled again.
+//! * A clipped accelerometer sample is never used, because the true force is unknown. After clipping, the estimate is
+//!   trusted less until it has settled again.
 //!
 //! Low-passing in the inertial frame is the idea of VQF (Laidig and Seel, *VQF: Highly accurate IMU orientation
 //! estimation with bias estimation and magnetic disturbance rejection*, 2023).
@@ -40,7 +40,7 @@ use crate::vector::{Quaternion, Vec3};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum GyroTiming {
     /// A sample is the mean over the sample period that ends with it, as from a sensor whose
-    /// low-pass filter fits the rate: half a period of delay.
+    /// low-pass filter fits the rate. This is a delay of half a period.
     PeriodMean,
     /// A sample is the rate this many seconds before its timestamp: 0 for an ideal simulated
     /// gyroscope.
@@ -60,7 +60,7 @@ pub struct AttitudeParams {
     /// Time constant of the inclination correction while the foot moves, s.
     ///
     /// A smaller value follows a drifting gyroscope sooner and is tilted more by the forces of a stride. Default: 5 s;
-    /// 4 to 6 s give the same. VQF uses 3 s with √2/3 rad/s where this filter has 2/5.
+    /// 4 to 6 s give the same. VQF uses 3 s, and has its corner at √2/3 rad/s where this filter has it at 2/5.
     pub motion_time_constant: f32,
     /// Factor by which the correction is faster while the foot is perfectly quiet.
     ///
@@ -111,8 +111,9 @@ pub enum Alignment {
 /// Longest time between samples, s, across which the gyroscope can be integrated for a foot that swings; three sample
 /// periods at low rates. A longer time is a gap, across which the turn is a guess.
 ///
-/// Measured once: RMS of the tilt in the stances of simulated feet that lose 5 % of their samples in bursts, because
-/// the rate changes meanwhile (`host-tests/tests/attitude.rs` bounds 10 and 20 ms):
+/// The table has the RMS of the tilt in the stances of simulated feet that lose 5 % of their samples in bursts. It grows
+/// with the burst, because the rate changes meanwhile. It was measured once, and `host-tests/tests/attitude.rs` bounds
+/// 10 and 20 ms:
 ///
 /// | burst | walk | trot | run |
 /// |---|---|---|---|
@@ -141,7 +142,7 @@ const LEAST_FIRST_FORCE: f32 = 0.05 * STANDARD_GRAVITY;
 /// just means motion.
 const LAST_RESTART: f32 = 0.3;
 
-/// Stillness from the first sample on after which its mean force is up, s.
+/// Duration of stillness from the first sample on after which the mean force of this time is taken for up, s.
 ///
 /// The ripple of a motor may shake a leg by 0.5 m/s² and more. Each sample then counts as one in motion, and the
 /// inclination takes up to a second to settle. The mean over this time is off by less than 1°.
@@ -151,8 +152,8 @@ const STILL_FROM_THE_START: f32 = 0.15;
 /// rotation of the frame, and the bias moves slowly.
 const FOLLOWS_EVERY: f32 = 0.02;
 
-/// Steps of [`FOLLOWS_EVERY`] in a stance, after which a correction is that of a standing foot: 0.2 s. The corrections
-/// before find the inclination that was lost in the swing or in the hand, and show no bias.
+/// Number of steps of [`FOLLOWS_EVERY`] in a stance, 0.2 s in all, after which a correction is that of a standing foot.
+/// Earlier corrections find the inclination that was lost in the swing or in the hand, and show no bias.
 const STOOD: u8 = 10;
 
 /// Validated [`AttitudeParams`] in the form used by the filter.
@@ -215,7 +216,7 @@ pub struct AttitudeFilter {
     newest_correction: f32,
     /// Whether the foot certainly stands.
     stands: bool,
-    /// Steps in which the bias followed the corrections since it stands, up to [`STOOD`].
+    /// Steps in which the bias followed the corrections since the foot stands, up to [`STOOD`].
     steps_stood: u8,
     alignment: Alignment,
     /// Time since the very first sample, s, up to [`LAST_RESTART`]. A restart keeps it.
@@ -411,8 +412,9 @@ impl AttitudeFilter {
         self.gravity.value()
     }
 
-    /// Angular rate, rad/s, that is not accepted as the bias: the rate of a rest, from five seconds on, or the bias
-    /// once the corrections of a walk have led beyond its limit for as long. `None` if there is no such rate.
+    /// Angular rate, rad/s, that is not accepted as the bias. It is the rate of a rest that has not been accepted for five
+    /// seconds, or else the bias once the corrections of a walk have led beyond its limit for as long. `None` if there is
+    /// no such rate.
     #[must_use]
     pub fn excess_bias(&self) -> Option<AngularRate> {
         self.bias.excess(self.rest.mean_rate()).map(AngularRate)
@@ -463,8 +465,8 @@ enum Turn {
 struct Increment {
     /// Rotation from the sensor's axes at this sample to its axes at the previous sample.
     turn: Quaternion,
-    /// Square of the difference between a change of rate right after the previous sample and one right
-    /// before this sample, rad².
+    /// Square of the difference between two turns, rad²: that of a rate that changed right after the previous sample, and
+    /// that of a rate that changed right before this sample.
     spread_squared: f32,
 }
 
@@ -519,7 +521,7 @@ const RATE_DOUBT: f32 = 0.1;
 /// Time constant of the correction after clipped accelerometer samples, s.
 const ACCELEROMETER_CLIPPED: f32 = 1.0;
 
-/// Clipping time of the accelerometer for its full effect, s.
+/// Time for which the accelerometer must clip to have its full effect on the doubt, s.
 ///
 /// Clipped samples are left out, so the mean of a stride lacks the force that stopped the foot. A runner's landing,
 /// which clips for a few ms, must not pull the filter towards that mean. A foot that clips for longer has hit something
@@ -543,14 +545,14 @@ const TURN_GUESS_SPREAD: f32 = 1.0;
 /// Time constant of the correction after clipped gyroscope samples or an unknown turn, s.
 const TURN_UNKNOWN: f32 = 0.3;
 
-/// Clipping time of the gyroscope for its full effect, s: a single clipped sample does little.
+/// Time for which the gyroscope must clip to have its full effect on the doubt, s. A single clipped sample does little.
 const GYROSCOPE_CLIPPING_TIME: f32 = 0.02;
 
 /// Largest correction within one step, rad.
 const LARGEST_CORRECTION: f32 = 0.25;
 
-/// Time constant of the correction, s, from which the inclination counts as settled: the forces of a stride have then
-/// been averaged. It exceeds [`ACCELEROMETER_CLIPPED`], so that clipping unsettles the inclination.
+/// Time constant of the correction, s, from which the inclination counts as settled, because the forces of a stride have
+/// then been averaged. It exceeds [`ACCELEROMETER_CLIPPED`], so that clipping unsettles the inclination.
 const SETTLED_TIME_CONSTANT: f32 = 1.1;
 
 #[derive(Clone, Copy, Debug)]
@@ -630,7 +632,7 @@ impl Inclination {
         self.doubt = self.doubt.lesser(1.0 / START_TIME_CONSTANT);
     }
 
-    /// Marks up as lost: it has to settle again.
+    /// Marks up as lost, so that it has to settle again.
     fn lose(&mut self) {
         self.raise_towards(TURN_UNKNOWN, 1.0);
     }
@@ -716,10 +718,10 @@ impl Correction {
 /// Length of gravity as the accelerometer reads it.
 ///
 /// At rest, gravity is the length of the mean force. The same holds while the sensor has been still since its first
-/// sample: with an accelerometer that is off by 40 mg on each axis, a standing foot would otherwise accelerate by up to
-/// 0.7 m/s² for its first second. In motion before the first rest, gravity is the mean force along up, since a foot that
-/// walks gains no speed on average. A NAO's accelerometer reads 8 % too little, so without this mean the stances of a
-/// walk that begins before any rest would be missed.
+/// sample, because with an accelerometer that is off by 40 mg on each axis, a standing foot would otherwise seem to
+/// accelerate by up to 0.7 m/s² for its first second. In motion before the first rest, gravity is the mean force along
+/// up, since a foot that walks gains no speed on average. A NAO's accelerometer reads 8 % too little, so without this mean
+/// the stances of a walk that begins before any rest would be missed.
 #[derive(Clone, Copy, Debug)]
 struct GravityMagnitude {
     /// m/s².

@@ -6,16 +6,17 @@ use crate::stream::Stream;
 /// Longest step that an estimator bridges by itself, µs: half of its window.
 const BRIDGED_US: u64 = 13_000;
 
-/// Presumed time of the newest sample of a first read, µs: all of its samples have later times than 0.
+/// Presumed time of the newest sample of a first read, µs. It is so late that all samples of the read have later times
+/// than 0.
 const FIRST_US: u64 = 1 << 62;
 
 /// Bridge over single timestamps that jump and come back.
 ///
 /// A clock may give one sample a time 100 ms late, and the next one the right time. To an estimator this is a gap, and then
-/// a time that is not later than the one before: it forgets that the foot stands, and waits until it has seen it
-/// stand again. The bridge gives such a sample no time, so that you leave it out: to the estimator one sample is missing. The
-/// next sample shows whether the time has come back. If it has not, the gap or the new time is real, and the estimator
-/// gets the whole of it with the readings of both sides.
+/// a time that is not later than the one before. So the estimator forgets that the foot stands, and waits until it has seen
+/// the foot stand again. The bridge gives such a sample no time, so that you leave it out, and to the estimator one sample is
+/// missing. The next sample shows whether the time has come back. If it has not, the gap or the new time is real, and the
+/// estimator gets the whole of it with the readings of both sides.
 ///
 /// Samples that were read at once, such as from a sensor's FIFO, share one reading of the clock, so that if it has jumped,
 /// all of them are in doubt. [`begin_read`](Self::begin_read) tells the bridge how many they are. Without it, the second of
@@ -49,11 +50,12 @@ struct State {
     stamp_us: u64,
     /// Step from the previous stamp to the newest one, µs; 0 unless the newest was accepted as later.
     step_us: u64,
-    /// Samples in doubt without a break, the newest of which is the newest of all.
+    /// Number of consecutive samples in doubt, up to the newest sample.
     doubted: u32,
     /// Further samples that have their time from the same reading of the clock as the first one in doubt.
     unconfirmed: u32,
-    /// Stamp before those in doubt; otherwise that before the newest one, if that is further on than one period; µs.
+    /// Stamp before the samples in doubt, µs. If none is in doubt, stamp before the newest one if samples are missing
+    /// between them.
     before_jump_us: Option<u64>,
     /// Newest time that the estimator got, µs.
     given_us: u64,
@@ -74,7 +76,8 @@ impl Bridge {
     }
 
     /// Returns the time of the next sample for the estimator, which is later than the time before. A repeated stamp gives
-    /// a repeated time, so that the estimator rejects the sample. `None` if the stamp has jumped: leave the sample out.
+    /// a repeated time, so that the estimator rejects the sample. Returns `None` if the stamp has jumped. In that case leave
+    /// the sample out.
     pub fn next(&mut self, stamp: Timestamp) -> Option<Timestamp> {
         let stamp_us = stamp.as_micros();
         let (period_us, gap_us) = (self.period_us, self.gap_us());
@@ -152,7 +155,7 @@ impl Bridge {
         2 * self.period_us - self.period_us / 4
     }
 
-    /// Step from which on it is a jump, µs.
+    /// Shortest step that is a jump, µs.
     const fn longest_us(&self) -> u64 {
         let missing_us = if BRIDGED_US > self.period_us { BRIDGED_US } else { self.period_us };
         missing_us + self.gap_us()

@@ -86,8 +86,8 @@ constants! {
     memory = 1.5, 0.01 to 1000.0;
     /// Duration of the shortest stance, s.
     ///
-    /// Only this much of each stance teaches the classes and the usual speed: a foot that stands for a minute would
-    /// otherwise expect every stance to be as quiet. A rest lasts longer. Default: 0.2, shorter than the
+    /// Only this much of each stance teaches the classes and the usual speed, because a foot that stands for a minute
+    /// would otherwise expect every stance to be as quiet. A rest lasts longer. Default: 0.2, shorter than the
     /// stances of a trot.
     stance = 0.2, 0.01 to 10.0;
 

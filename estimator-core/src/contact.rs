@@ -39,8 +39,8 @@ impl ContactEstimator {
     #[inline(never)]
     pub fn update(&mut self, sample: &ImuSample, load: Option<Load>) -> ContactEstimate {
         let mut reading = self.pipeline.read(sample);
-        // Limits are the probabilities before a short gap, which has no other effect, or those after a longer gap,
-        // which counts as up to a few windows of unreliable samples.
+        // The limits are the probabilities before a short gap, or those after a longer gap. A short gap has no other
+        // effect, whereas a longer gap counts as up to a few windows of unreliable samples.
         let limits = (reading.missing > 0).then(|| self.model.account_for(reading.missing));
         let mut probabilities = match reading.motion {
             Motion::Known(acceleration, rate) => {
@@ -86,9 +86,9 @@ impl ContactEstimator {
         self.pipeline.velocity_sigma
     }
 
-    /// Angular rate, rad/s, frame of the foot, that is not accepted as the gyroscope's bias: the rate of a rest, from
-    /// five seconds on, or the bias once the corrections of a walk have led beyond its limit for as long. `None` if
-    /// there is no such rate, and with [`Gravity::Removed`](crate::Gravity::Removed).
+    /// Angular rate, rad/s, frame of the foot, that is not accepted as the gyroscope's bias. It is the rate of a rest
+    /// that has not been accepted for five seconds, or else the bias once the corrections of a walk have led beyond its
+    /// limit for as long. `None` if there is no such rate, and with [`Gravity::Removed`](crate::Gravity::Removed).
     ///
     /// Either the gyroscope is beyond its data sheet, or the ground turns.
     #[must_use]
@@ -100,7 +100,7 @@ impl ContactEstimator {
     /// `newest`. [`Self::update`] needs a time of its own for each sample; samples that share one are invalid.
     ///
     /// The samples lie evenly between the newest samples of the previous read and of this read. If this time is too
-    /// long for `count` samples, some are missing before them, and they are one period apart, as in the first read.
+    /// long for `count` samples, some are missing before them, and the times are one period apart, as in the first read.
     ///
     /// ```
     /// # use estimator_core::{ContactEstimator, ImuSample, Params, Stream, Timestamp};

@@ -21,10 +21,10 @@ pub enum Flag {
     /// gap of up to half a window is bridged, with a probability no higher than before it; a longer gap reduces the
     /// probability, to almost 0 within three windows.
     TimeGap,
-    /// The foot has not yet shown enough stillness and motion: the limits between them
-    /// are still mostly those that fit all feet. Walking a few steps clears it.
+    /// The foot has not yet shown enough stillness and motion, so the limits between them
+    /// are still mostly those that fit all feet. Walking a few steps clears this flag.
     Settling,
-    /// The foot moves as little as in a stance, but has neither rested nor landed for longer than a stride: it may
+    /// The foot moves as little as in a stance, but has neither rested nor landed for longer than a stride, so it may
     /// hang, or be carried. The probability is at most one half.
     Unproven,
 }

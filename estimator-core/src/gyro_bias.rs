@@ -15,13 +15,13 @@
 //! # Before the first rest, and between rests
 //!
 //! A foot that walks before its first rest, as after a dip of its supply, learns from the corrections of its
-//! inclination: a bias needs repeated correction, an impact does not. The next rest replaces that bias. If the
-//! corrections of a walk contradict the bias of the last rest, they are followed in the same way, since shocks can move
-//! a bias by more than temperature does. Only a rest observes the part about the vertical.
+//! inclination, because a bias needs repeated correction, whereas an impact does not. The next rest replaces that bias.
+//! If the corrections of a walk contradict the bias of the last rest, they are followed in the same way, since shocks can
+//! move a bias by more than temperature does. Only a rest observes the part about the vertical.
 //!
 //! In a rest of half a second a shank can lean so slowly that its force shows nothing, at the rate of a bias. So after
-//! less than a second of rest the corrections are followed as well, while the foot certainly stands. Not so if the
-//! inclination was lost after the rest: the corrections then find it again.
+//! less than a second of rest the corrections are followed as well, while the foot certainly stands. They are not
+//! followed if the inclination was lost after the rest, because they then find the inclination again.
 //!
 //! # Large rates
 //!
@@ -29,8 +29,8 @@
 //! larger rate is probably a turn. It is accepted once it has stayed the same for minutes.
 //!
 //! A rate at rest that has not been accepted for five seconds is [reported](crate::ContactEstimator::excess_bias),
-//! whether it is pending or too large: either the gyroscope is beyond its data sheet, or the ground turns. So is a bias
-//! at the limit of what is followed in a walk.
+//! whether it is pending or too large, because either the gyroscope is beyond its data sheet, or the ground turns. A
+//! bias at the limit of what is followed in a walk is reported, too.
 
 use crate::math::Order;
 use crate::rest::{RestParams, Stillness};
@@ -50,7 +50,7 @@ const LARGEST_OPENING: f32 = 0.3 * DEGREE;
 /// Factor by which the rests that contradict the known bias must exceed the rests that it is based on.
 const CONTRADICTION: f32 = 2.0;
 
-/// Least duration of the rests that contradict the known bias, s: a bias that was learnt in a turn at power-up is
+/// Least duration of the rests that contradict the known bias, s. A bias that was learnt in a turn at power-up is thus
 /// corrected within minutes of rest.
 const LEAST_CONTRADICTION: f32 = 240.0;
 
@@ -84,7 +84,8 @@ const CORRECTIONS_TIME_CONSTANT: f32 = 10.0;
 const BRIEF_REST: f32 = 1.0;
 
 /// Time constant, s, with which the bias follows the corrections of a foot that stands after a brief rest. The wrong bias
-/// tilts up within seconds, so it is shorter than [`CORRECTIONS_TIME_CONSTANT`]; no swing disturbs it.
+/// tilts up within seconds, so this time is shorter than [`CORRECTIONS_TIME_CONSTANT`]. It can be, because no swing
+/// disturbs the corrections.
 /// With 1 s a robot that was put down has a worse bias, with 5 s one that crawls has more false slips.
 const STANDING_TIME_CONSTANT: f32 = 2.0;
 
@@ -134,10 +135,11 @@ pub(crate) struct BiasEstimator {
     /// The estimate as the last rest has left it, rad/s.
     rested: Vec3,
     source: Source,
-    /// Duration of rest that the bias is based on, s, up to the time constant: length of the mean. 0 before the first
-    /// rest.
+    /// Duration of rest that the bias is based on, s, up to the time constant. It is the length of the mean, and 0
+    /// before the first rest.
     learnt: f32,
-    /// Duration of rest that the bias is based on, s, up to [`LONGEST_KNOWN`]: a contradiction must last as long.
+    /// Duration of rest that the bias is based on, s, up to [`LONGEST_KNOWN`]. A contradiction must last longer, by the
+    /// factor [`CONTRADICTION`].
     known: f32,
     /// Duration of rest that has contradicted the bias since a rest last agreed with it, s.
     contradicted: f32,
@@ -147,7 +149,7 @@ pub(crate) struct BiasEstimator {
     excessive: f32,
     /// Mean error of the bias by the corrections of the inclination, rad/s.
     error: Vec3,
-    /// Time in which corrections still show no bias, s.
+    /// Remaining time in which corrections do not count, s.
     uncounted: f32,
     /// Whether a rest has found the inclination since it was last lost.
     has_rested_since_loss: bool,
@@ -195,7 +197,7 @@ impl BiasEstimator {
     }
 
     /// Learns from the mean rate of a rest, rad/s.
-    // Not inlined: few samples are at rest.
+    // Not inlined, because few samples are at rest.
     #[inline(never)]
     fn learn(&mut self, mean_rate: Vec3, dt: f32) {
         let limit = self.coefficients.limit;
@@ -248,13 +250,13 @@ impl BiasEstimator {
     /// Processes the rotation, rad, sensor frame, by which the inclination was corrected over the last `dt` seconds.
     /// `stands` tells whether the foot certainly stands, and has stood until its inclination settled.
     ///
-    /// The mean of repeated corrections is the error of the bias. It is followed up to [`RestParams::bias_limit`] from
-    /// the bias of the last rest.
+    /// The mean of repeated corrections is the error of the bias. The bias follows it up to [`RestParams::bias_limit`]
+    /// from the bias of the last rest.
     pub(crate) fn follow(&mut self, turn: Vec3, dt: f32, stands: bool) {
         if !turn.is_within(LARGEST_CORRECTION_RATE * dt) {
             return self.forget_corrections();
         }
-        // After hours a period is too small to change this number any more. It is negative then.
+        // After hours a period is too small to change this number, which is negative by then.
         self.uncounted -= dt;
         if self.uncounted <= 0.0 {
             self.error += (turn + self.error * dt) * (-1.0 / CORRECTIONS_TIME_CONSTANT);
@@ -649,7 +651,7 @@ mod tests {
     fn report_of_corrections_in_a_stance_ends_with_it() {
         let mut foot = foot();
         feed(&mut foot, 0.0, 0.8);
-        // Too slow to contradict the rest, and for so long that it leads beyond the limit.
+        // The turn is too slow to contradict the rest, but lasts so long that it leads beyond the limit.
         let turn = Vec3::new(-0.58 * DEGREE * DT, 0.0, 0.0);
         (0..30_000).for_each(|_| foot.bias.follow(turn, DT, true));
         assert!(foot.excess().is_some());

@@ -42,7 +42,7 @@ pub struct HalfWidthConfig<const CAPACITY: usize> {
 }
 
 impl HalfWidthParams {
-    /// Checks every field, and every one of `params`. Of these, learning and constants have no effect.
+    /// Checks every field, and every field of `params`, whose learning and constants have no effect.
     ///
     /// # Errors
     /// The first field that is out of its range, with its value and the range, or a window that contains no sample at
@@ -126,7 +126,7 @@ impl<const CAPACITY: usize> HalfWidthEstimator<CAPACITY> {
         if !self.density.is_full() {
             reading.flags = reading.flags.with(Flag::WindowNotFull);
         }
-        // This method has no mean of the acceleration: a turn alone shows that the foot rolls.
+        // This method has no mean of the acceleration, so a turn alone shows that the foot rolls.
         self.pipeline.conclude(&reading, probabilities, f32::INFINITY, load)
     }
 
@@ -285,7 +285,7 @@ mod tests {
     fn slow_slide_is_not_detected() {
         let mut estimator = estimator(GRAVITY_FREE);
         for ms in 0..700 {
-            // 15 mm/s after 100 ms, and on.
+            // The foot reaches 15 mm/s after 100 ms, and becomes faster.
             let push = if ms >= 600 { 0.15 } else { 0.0 };
             let sample = ImuSample {
                 specific_force: SpecificForce(Vec3::new(0.0, push, 0.0)),

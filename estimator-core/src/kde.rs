@@ -77,7 +77,7 @@ impl<const CAPACITY: usize> DensityEstimator<CAPACITY> {
         Probabilities::from_axes(window.mean())
     }
 
-    /// Discards every sample: the probabilities are 0 until the next.
+    /// Discards every sample, so that the probabilities are 0 until the next one.
     pub(crate) fn clear(&mut self) {
         let window: &mut Window<AnyRing> = &mut self.window;
         window.clear();
@@ -227,8 +227,8 @@ impl Sums {
         self.filled += usize::from(!full);
         // All bits set if the oldest masses leave, all clear while the window is not full.
         let leaving = u32::from(full).wrapping_neg();
-        // In place, axis by axis: an MCU would copy sums more often than it adds. Masses have 25
-        // bits, so their difference fits into 32 with its sign.
+        // The sums change in place, axis by axis, because an MCU would otherwise copy sums more often than it adds.
+        // Masses have 25 bits, so their difference fits into 32 with its sign.
         let change = |sum: &mut u64, mass: Mass, oldest: Mass| {
             let difference = mass.steps() as i32 - (oldest.steps() & leaving) as i32;
             *sum = sum.wrapping_add_signed(difference.into());
@@ -272,7 +272,7 @@ impl Window<AnyRing> {
     /// Adds the newest sample's masses and, if the window is full, removes the oldest.
     #[inline]
     pub fn push(&mut self, masses: PerAxis<Mass>) {
-        // `next` stays below `length`, which the ring has room for: the slot always exists.
+        // `next` stays below `length`, which the ring has room for, so the slot always exists.
         let Some(slot) = self.ring.get_mut(self.next) else {
             return;
         };
@@ -292,7 +292,7 @@ impl Window<AnyRing> {
         self.sums.mean()
     }
 
-    /// Discards every sample. O(1): the old contents of the ring are never read again.
+    /// Discards every sample. O(1), because the old contents of the ring are never read again.
     pub fn clear(&mut self) {
         self.sums = Sums::new(self.sums.length);
         self.next = 0;

@@ -9,7 +9,7 @@
 //! | 6 | CRC-32 (ISO-HDLC) of the words before, each with its lowest byte first |
 //!
 //! As bytes, each word has its lowest byte first. A state with another version or a wrong CRC is rejected, since its
-//! numbers might mean something else: the foot then learns again.
+//! numbers might mean something else. The foot then learns again.
 
 use core::fmt;
 
@@ -267,7 +267,8 @@ impl Learnt {
     }
 }
 
-/// CRC-32 (ISO-HDLC) of words, each with its lowest byte first. Without a table: it runs at a start and at a store.
+/// CRC-32 (ISO-HDLC) of words, each with its lowest byte first. It needs no table, because it runs only at a start and at
+/// a store.
 fn crc(words: impl Iterator<Item = u32>) -> u32 {
     const POLYNOMIAL: u32 = 0xEDB8_8320;
     !words.fold(u32::MAX, |crc, word| {

@@ -56,14 +56,14 @@
 //! No feature changes a result. The oldest Rust that compiles the library is 1.88.
 //!
 //! Later versions may add variants to errors, which are `#[non_exhaustive]`, and fields to samples, parameters and
-//! estimates. The latter structs are not, since firmware, decoders and tests build them: end yours with
-//! `..Params::DEFAULT` or `..Default::default()`, and a new field changes nothing for you. Nor is [`Flag`]: a match
-//! without a wildcard then fails to compile at a new reason for doubt, for which you need an action.
+//! estimates. The structs are exhaustive, since firmware, decoders and tests build them. End yours with
+//! `..Params::DEFAULT` or `..Default::default()`, so that a new field changes nothing for you. [`Flag`] is exhaustive,
+//! too: a match without a wildcard fails to compile at a new reason for doubt, for which you need an action.
 //!
 //! # How it works
 //!
 //! No allocation, no `unsafe`, no panic on any input. All arithmetic is f32 addition,
-//! multiplication, division and square root, never fused, and integers: the results have the
+//! multiplication, division and square root, never fused, and integers. So the results have the
 //! same bits on every machine that follows IEEE 754.
 //!
 //! [`ContactEstimator::update`] is the whole estimator. Its steps are these files of the source, in this order:

@@ -77,7 +77,7 @@ impl SensorAxis {
         }
     }
 
-    /// 0 for x to 2 for z, and the sign.
+    /// Returns the index of the axis, 0 for x to 2 for z, and its sign.
     const fn parts(self) -> (u8, i8) {
         match self {
             Self::X => (0, 1),
@@ -145,7 +145,8 @@ impl MountingParams {
     }
 }
 
-/// 1 for right-handed axes, −1 for left-handed ones, 0 if an axis is used twice: the determinant.
+/// Returns the determinant of the axes: 1 if they are right-handed, −1 if they are left-handed, 0 if an axis is used
+/// twice.
 #[must_use]
 pub const fn handedness([x, y, z]: [SensorAxis; 3]) -> i8 {
     let ((x, along_x), (y, along_y), (z, along_z)) = (x.parts(), y.parts(), z.parts());

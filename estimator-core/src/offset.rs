@@ -2,7 +2,7 @@
 //!
 //! The attitude filter takes an offset for a tilt and for a part of gravity, and both are right for one inclination of
 //! the foot. When the shank then leans over the standing foot, the offset turns with it, and gravity does not. With 40 mg
-//! on each axis and a lean of 20°, the difference is an acceleration of 0.2 m/s² along the ground: a slide.
+//! on each axis and a lean of 20°, the difference is an acceleration of 0.2 m/s² along the ground, as in a slide.
 //!
 //! A standing foot does not accelerate on average. So what is left of the acceleration in stances is removed from the
 //! force, before up is estimated:
@@ -18,14 +18,14 @@
 use crate::vector::Vec3;
 
 /// Time constant τ, s. With 6 s, and an offset that is learnt sooner, a run after a step of the gyroscope's bias has more
-/// false stances a minute later (`drift.rs` of the host's tests). With 8 s, one foot of a simulated robot that moves its body
-/// is not known in time.
+/// false stances a minute later (`drift.rs` of the host's tests). With 8 s, the offset of one foot of a simulated robot that
+/// moves its body is not known in time.
 const TIME_CONSTANT: f32 = 7.0;
 
-/// Largest acceleration that counts, m/s²: the trembling of a stance must not outweigh the rest of it.
+/// Largest acceleration that counts, m/s², because the trembling of a stance must not outweigh the rest of it.
 const LARGEST_ACCELERATION: f32 = 0.5;
 
-/// Largest offset, m/s²: 100 mg. Of an LSM6DSOX it is 20 mg on each axis, and more after soldering.
+/// Largest offset, m/s²: 100 mg. An LSM6DSOX has 20 mg on each axis, and more after soldering.
 const LARGEST: f32 = 1.0;
 
 /// Probability above which the foot certainly stands, so that offset and bias may be learnt. At the beginning of a
@@ -45,7 +45,7 @@ impl ForceOffset {
         force - self.0
     }
 
-    /// Learns from the acceleration of a standing foot without gravity and offset, m/s², that lasted for some seconds.
+    /// Learns from the acceleration of a standing foot without gravity and offset, m/s², which lasted for `seconds`.
     pub(crate) fn learn(&mut self, acceleration: Vec3, seconds: f32) {
         let error = acceleration.clipped(LARGEST_ACCELERATION);
         self.0 = (self.0 + error * (seconds / TIME_CONSTANT)).clipped(LARGEST);

@@ -64,7 +64,7 @@ macro_rules! parameters {
                 }
             }
 
-            /// Sets it in `params` without a check: [`AnyParams::validate`] checks it.
+            /// Sets the number in `params` without a check. [`AnyParams::validate`] checks it.
             // As a separate function it is a look-up of the field's offset; inlined it is a branch per field.
             #[inline(never)]
             pub const fn set(self, params: &mut AnyParams, value: f32) {
@@ -87,8 +87,8 @@ macro_rules! parameters {
 }
 
 const BANDWIDTH: &str = "kernel standard deviation h: the sensor's noise at its filter setting";
-// Half-widths up to that of free fall, 9.8 m/s², and above the largest of the paper, 0.9 g and 100 °/s; an off delay up
-// to the shortest swings: settings beyond them call every swing stable.
+// Half-widths end at that of free fall, 9.8 m/s², above the largest of the paper, 0.9 g and 100 °/s. An off delay ends at
+// the shortest swings. Settings beyond these limits would call every swing stable.
 const HALF_WIDTH: &str = "half-width δ: motion within ±δ counts as rest; it belongs to a robot";
 
 parameters! {
@@ -158,7 +158,7 @@ pub const WINDOW: Row = Row {
     },
 };
 
-/// Limits of the gyroscope's delay if its timing is one.
+/// Limits of the gyroscope's delay if its timing is a delay.
 pub const GYRO_DELAY: Row = Row {
     name: name("attitude.gyro_timing"),
     about: name(

@@ -16,7 +16,7 @@ use crate::sample::Timestamp;
 
 /// The vertical load on the foot: N, or any unit in which the [`LoadParams`] thresholds are given.
 ///
-/// A force or pressure sensor, or a gait plan (1 where the leg is planned to stand).
+/// It comes from a force or pressure sensor, or from a gait plan (1 where the leg is planned to stand).
 ///
 /// [`LoadParams`]: crate::params::LoadParams
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

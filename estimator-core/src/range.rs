@@ -43,7 +43,7 @@ pub(crate) const fn in_range(
     }
 }
 
-/// The display name of a field. A foot has no use for it: on a microcontroller it is empty and
+/// The display name of a field. A foot has no use for it, so on a microcontroller it is empty and
 /// takes no space.
 pub(crate) const fn name(field: &'static str) -> &'static str {
     if cfg!(target_os = "none") { "" } else { field }

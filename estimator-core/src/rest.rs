@@ -77,7 +77,7 @@ pub struct RestParams {
     /// Duration of stillness that counts as rest, s; half a second is enough for a sensor that has not moved since its
     /// first sample.
     ///
-    /// Longer than any stance, so that a walk never counts as rest. Default: 1.5 s, as VQF.
+    /// It is longer than any stance, so that a walk never counts as rest. Default: 1.5 s, as VQF.
     pub duration: f32,
     /// Largest deviation of the mean specific force over 25 ms from that over 0.5 s at rest, m/s².
     ///
@@ -190,8 +190,8 @@ impl LongRest {
     /// scale leaves the foot in doubt for good.
     const AT_REST: RangeInclusive<f32> = 0.88 * STANDARD_GRAVITY..=1.12 * STANDARD_GRAVITY;
 
-    /// Plausible lengths of the mean over [`Self::LONG_MEAN`], m/s²: the mean differs from gravity by the change of
-    /// speed in that time. It is below the least after a free fall of 0.9 s.
+    /// Plausible lengths of the mean over [`Self::LONG_MEAN`], m/s². The mean differs from gravity by the change of
+    /// speed in that time, and leaves this range after a free fall of 0.9 s.
     const MEAN: RangeInclusive<f32> = 1.5..=60.0;
 
     /// Largest mean rate of a sensor that does not turn, rad/s: the zero-rate level of most gyroscopes.
@@ -344,8 +344,8 @@ pub(crate) struct Quietness {
 }
 
 impl Quietness {
-    /// Time constant of the mean that deviations are measured from, s. Shorter than a stance; from 0.1 s on, clipping
-    /// of the gyroscope in the swing is not corrected in the stance.
+    /// Time constant of the mean that deviations are measured from, s. It is shorter than a stance, because from 0.1 s
+    /// on, clipping of the gyroscope in the swing is not corrected in the stance.
     const MEAN_TIME_CONSTANT: f32 = 0.04;
 
     /// Time constant of the decay of both envelopes, s.
@@ -583,7 +583,7 @@ mod tests {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (state >> 8) as f32 / 16_777_216.0 - 0.5
         };
-        // The sum of twelve even numbers has a standard deviation of 1.
+        // The sum of twelve evenly distributed numbers has a standard deviation of 1.
         let mut gaussian = move || (0..12).map(|_| even()).sum::<f32>();
         move || {
             let mut vector =

@@ -282,7 +282,7 @@ impl SelfCalibrating {
         let [about_x, about_y, about_z] =
             if self.turns.are_judged(&self.constants) { self.turn_masses } else { [1.0; 3] };
         let stable = self.stillness * no_slide * evidence;
-        // Acceleration or turn alone judges a part, and could find it less probable than the whole: hence the larger value.
+        // Acceleration or turn alone judges a part, and could find it less probable than the whole. So the larger value counts.
         Probabilities {
             axes: PerAxis::from_array(
                 [x, y, z, about_x, about_y, about_z].map(|p| (p * evidence).greater(stable)),
@@ -318,8 +318,8 @@ impl SelfCalibrating {
             }
             self.stood = false;
         }
-        // A long stance does not teach the classes beyond its beginning: a foot that stands for a minute would forget
-        // its motion, and take its own quiet for that of all stances. There are two exceptions. After a landing the
+        // A long stance does not teach the classes beyond its beginning, because a foot that stands for a minute would
+        // forget its motion, and take its own quiet for that of all stances. There are two exceptions. After a landing the
         // stance counts for twice as long, so that limits of another robot are forgotten. And a foot that rests from time
         // to time but does not land may walk so slowly that its swings pass for stances. If it only turns, it may stand.
         let is_swing_or_begins = !in_stance || self.phase_seconds < self.constants.stance;
@@ -361,8 +361,8 @@ impl SelfCalibrating {
     /// Accounts for missing samples, and returns the probabilities after them. A gap of up to half a window is bridged:
     /// it takes nothing from the probabilities.
     pub fn account_for(&mut self, missing: u64) -> Probabilities {
-        // A longer gap lasts days and leaves no probability. From 64 bits the conversion would need a library of
-        // double precision on a processor without floating point.
+        // A gap with more samples than 32 bits can count lasts days, and leaves no probability. From 64 bits the
+        // conversion would need a library of double precision on a processor without floating point.
         let missing = u32::try_from(missing).unwrap_or(u32::MAX);
         if missing > (self.window / 2).max(1) {
             for _ in 0..missing.min(GAP_WINDOWS * self.window) {
@@ -577,9 +577,9 @@ impl Classes {
 /// from its swings. Where the turn separates nothing, as with a gyroscope that always reads 0 or a foot whose stances
 /// roll as fast as its swings, `D_v` is 0, and the acceleration decides alone. With a weight of 0 turns are not judged.
 ///
-/// A quiet turn excuses a large acceleration only while the foot settles after a landing. A foot that once stood firmly
-/// and then chatters slides: from A > `turn_settled` until it swings, a quiet turn, v < `edge_v`, does not count.
-/// It swings if M < ½ and v > `edge_v`.
+/// A quiet turn excuses a large acceleration only while the foot settles after a landing. If a foot has stood firmly and
+/// then chatters, it slides. So from A > `turn_settled` until the foot swings, a quiet turn, v < `edge_v`, does not
+/// count. The foot swings if M < ½ and v > `edge_v`.
 #[derive(Clone, Copy, Debug)]
 struct Turns {
     /// Mean logarithm of the rate in stillness, of rad/s.
@@ -605,10 +605,10 @@ impl Turns {
     /// Logarithm of the rate in swings before any is observed: 2 rad/s.
     const MOVING: f32 = ln(2.0);
 
-    /// Variances before any observation: a standard deviation of a factor of 1.9.
+    /// Variances before any observation. Their standard deviation is a factor of 1.9.
     const VARIANCE: f32 = 0.4;
 
-    /// Least variance that counts: a standard deviation of a factor of 1.4. Without it, constant readings would
+    /// Least variance that counts. Its standard deviation is a factor of 1.4. Without it, constant readings would
     /// separate perfectly.
     const LEAST_VARIANCE: f32 = 0.1;
 
@@ -662,7 +662,7 @@ impl Turns {
         (below + weight * turn_below) * inverse_root(1.0 + weight * weight)
     }
 
-    /// Notes whether the foot has settled: from the mean mass of the acceleration (`whole`), the mean mass of acceleration
+    /// Notes whether the foot has settled, by the mean mass of the acceleration (`whole`), the mean mass of acceleration
     /// and turn (`stillness`), and the logarithm of the newest rate (`v`).
     fn settle(&mut self, constants: &Constants, whole: f32, stillness: f32, v: f32) {
         if stillness < STILL && v > self.edge(constants) {
@@ -721,9 +721,9 @@ impl Turns {
 /// that the result does not depend on a robot's size. *turn* is the angular rate: the IMU above the sole of a foot that
 /// rolls moves, and the foot does not slide. The last term is what a false idea of up adds to the sum.
 ///
-/// *apparent* is the acceleration that a standing foot seems to have: an accelerometer's unknown *offset* turns with a
-/// shank that leans by the angle *lean* within a second. It changes as slowly as the shank leans, whereas a slide begins
-/// at once. A leg that hangs accelerates by g times its inclination, fourteen times as much as an offset explains.
+/// *apparent* is the acceleration that a standing foot seems to have, because an accelerometer's unknown *offset* turns
+/// with a shank that leans by the angle *lean* within a second. The apparent acceleration changes as slowly as the shank
+/// leans, whereas a slide begins at once. A leg that hangs accelerates by g times its inclination, fourteen times as much as an offset explains.
 ///
 /// Two slides are not detected: at a steady acceleration below limit/τ, and at a constant speed.
 #[derive(Clone, Copy, Debug)]
@@ -814,7 +814,7 @@ impl Slide {
     }
 }
 
-/// One sample, as evidence is judged by it.
+/// One sample, in the form in which the evidence is judged.
 #[derive(Clone, Copy, Debug)]
 struct Reading {
     /// m/s².
@@ -842,7 +842,8 @@ struct Reading {
 /// Evidence that a foot stands: it has rested, or it has landed.
 ///
 /// Learnt limits leave room for stances that shake. A foot that hangs, is carried or is shaken moves within that room
-/// for minutes. It lacks the evidence of a walk, a landing in each stride, and that of a standing foot, rest.
+/// for minutes. It lacks the evidence of a walk, which is a landing in each stride, and that of a standing foot, which is
+/// rest.
 ///
 /// The evidence lasts as long as the foot stands. A foot that has stood and has not moved since still stands, even if its
 /// shank turns about it so that it does not rest. It has moved if for [`Self::MOVED`] the probability of stillness
@@ -862,7 +863,7 @@ struct Evidence {
     since_evidence: f32,
     /// Whether the foot has stood since the last evidence.
     stands: bool,
-    /// Duration of the motion that contradicts this, s.
+    /// Duration of the motion that contradicts `stands`, s.
     moves_for: f32,
     /// Whether the foot stands, or has rested or landed lately. It is updated with each reliable sample.
     is_given: bool,
@@ -976,7 +977,7 @@ struct Landing {
     gained_at_most: f32,
     /// Whether the acceleration is far below the level of the swing.
     is_below: bool,
-    /// Whether the swing had lost its speed when the acceleration fell below.
+    /// Whether the swing had lost its speed when the acceleration fell below that level.
     has_landed: bool,
 }
 

@@ -7,11 +7,11 @@ use crate::units::Unit;
 /// Whether the accelerometer's samples still contain gravity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Gravity {
-    /// As measured by an accelerometer. The attitude filter removes gravity and gyro bias.
+    /// The samples are as an accelerometer measures them. The attitude filter removes gravity and gyro bias.
     #[default]
     Included,
     /// Gravity and bias have been removed already, as in simulator recordings:
-    /// samples are used as they are. [`GravityCheck`](crate::gravity::GravityCheck) finds samples that still have it.
+    /// samples are used as they are. [`GravityCheck`](crate::gravity::GravityCheck) finds samples that still contain gravity.
     Removed,
 }
 

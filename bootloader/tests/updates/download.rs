@@ -274,7 +274,7 @@ fn silent_master_is_given_up() {
     }
 }
 
-/// How a transfer ends that has begun with one segment of seven bytes.
+/// End of a transfer that has begun with one segment of seven bytes.
 #[derive(Clone, Copy, Debug)]
 enum End {
     /// A request, and the code of its abort.
@@ -327,7 +327,7 @@ fn transfer_that_is_broken_off_is_seen_in_the_flash_status() {
     assert!(master.ask([0x81, 0, 0, 0, 0, 0, 0, 0]).is_ok());
     assert_eq!(master.ask([0xC1, 1, 2, 0, 0, 0, 0, 0]), Err(AbortCode::Crc));
     assert_eq!(master.raw_status(), BROKEN_OFF);
-    // A segment without a transfer, and the next attempt.
+    // A segment without a transfer is refused, and the next attempt succeeds.
     let segment = [0x10, 0, 0, 0, 0, 0, 0, 0];
     assert_eq!(master.ask(segment), Err(AbortCode::Command));
     assert_eq!(master.block(&image(3, 300)), Ok(()));
@@ -349,7 +349,7 @@ fn failed_start_keeps_the_program_that_it_was_to_install() {
     let new = image(3, 300);
     let mut chip = chip().with(Slot::New, &new);
     chip.log(Event::Install);
-    // In the copy over the running program.
+    // The supply fails in the copy over the running program.
     chip.log(Event::Kept);
     chip.operations = 0;
     chip.cut = Some((5, Cut::Before));
@@ -471,7 +471,8 @@ fn refused_request_of_the_other_line_does_not_take_a_start_back() {
 
 #[test]
 fn journal_filled_by_updates_without_a_power_cycle_is_erased() {
-    // An update writes four records. With these four lengths each of them is the last that fits once.
+    // An update writes four records. With these four lengths of the journal, each of the records is once the last that
+    // fits.
     for filled in 8_000..8_004 {
         let mut chip = chip();
         let mut state = State::read(&chip);

@@ -57,7 +57,7 @@ struct Programs {
     images: Vec<Vec<u8>>,
     /// Programs that have begun to confirm themselves: they work.
     work: Vec<bool>,
-    /// Whether the confirmation of one has been completed, because from then on the board has a program.
+    /// Whether a program has completed its confirmation. From then on the board has a program that works.
     has_worked: bool,
     /// First violation of the invariant.
     lost: Option<String>,
@@ -386,8 +386,8 @@ fn run_all(seeds: impl Iterator<Item = u64>, bits: Bits) {
     assert!(failed.is_empty(), "{} of {}: {failed:#?}", failed.len(), seeds.len());
 }
 
-/// The supply fails in a confirmation, so that its record reads as valid at one start and not at the next; and in the
-/// first starts of the install of another program.
+/// The supply fails in a confirmation, so that its record reads as valid at one start and not at the next. It fails
+/// again in the first starts of the install of another program.
 #[test]
 fn weak_confirmation_leaves_a_way_back() {
     let images: Vec<_> = (1..4).map(|seed| image(seed, 7)).collect();

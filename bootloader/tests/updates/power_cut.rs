@@ -27,8 +27,8 @@ fn starts_one_of(chip: &mut Chip, programs: [&[u8]; 2], context: &str) -> usize 
         .unwrap_or_else(|| panic!("{context}: the running program is neither"))
 }
 
-/// Returns whether an operation is cut: all of a short program; of one of 128 KiB the first and the last, where
-/// slots change, and one in 199 between.
+/// Returns whether an operation is cut. For a short program all operations are cut. For a program of 128 KiB these are
+/// the first and the last ones, where slots change, and one in 199 of the others.
 fn is_tried(at: u32, operations: u32) -> bool {
     const ENDS: u32 = 150;
     operations < 2_000 || at < ENDS || at + ENDS > operations || at.is_multiple_of(199)
@@ -46,7 +46,7 @@ fn cut_every(step: u32, before: &Chip, programs: [&[u8]; 2], expected: usize) {
         for at in tried.step_by(step as usize) {
             let mut chip = before.clone();
             assert!(cut_in(&mut chip, at, cut), "{at} {cut:?}");
-            // The second cut is at half the number, where the start after the first cut is copying.
+            // The second cut comes after half as many operations, when the start after the first cut is copying.
             let mut twice = chip.clone();
             if cut_in(&mut twice, at / 2 + 1, cut) {
                 let context = format!("{at} {cut:?}, then {} once more", at / 2 + 1);
@@ -205,8 +205,8 @@ fn full_journal_keeps_its_state_over_a_cut() {
     whole.operations = 0;
     assert_eq!(settle(&mut whole, KEY), Ok(Start::Program));
     let last = whole.operations;
-    // The start marks the program, and sets all words of the journal to zero before it erases them: the cuts are in the mark
-    // and the first words, and around the erase.
+    // The start marks the program, and sets all words of the journal to zero before it erases them. The cuts are in the
+    // mark and the first words, and around the erase.
     for cut in CUTS {
         for at in (1..6).chain(last - 8..=last) {
             let mut chip = chip.clone();

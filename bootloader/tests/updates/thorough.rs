@@ -6,5 +6,5 @@ mod flash;
 mod histories;
 mod power_cut;
 
-/// Every how many of the cases of a sweep is tried.
+/// The sweeps try one case in this many, so they try all.
 const STRIDE: usize = 1;

@@ -298,7 +298,7 @@ async fn sample(
 /// Time without a frame taken by the bus after which queued frames are too old.
 const BUS_DEADLINE: Duration = Duration::from_millis(20);
 
-/// Identifiers of process data: a later frame supersedes an earlier one.
+/// Identifiers of process data. A later frame of process data supersedes an earlier one.
 const PROCESS_DATA: Range<u16> = 0x180..0x580;
 
 /// Sends the frames that the bus did not take at once. If the bus takes none until the deadline, process data are

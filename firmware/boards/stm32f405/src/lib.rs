@@ -108,7 +108,8 @@ fn diagnosis(clock: clocks::Source, reset: Reset) -> Diagnosis {
         clocks::Source::Internal(khz) => (false, khz),
     };
     let clock_khz = clocks::processor_khz();
-    // The bus has the clock of its speed at 160 MHz with APB2 at 80. At a low supply both are 72.
+    // The bus has its nominal clock if the processor runs at 160 MHz and APB2 at 80 MHz. At a low supply both run at
+    // 72 MHz.
     let ratio = if clock_khz == 160_000 { 80 } else { 72 };
     let mut identifier = [0; 4];
     for (to, word) in identifier.iter_mut().zip(embassy_stm32::uid::uid().as_chunks::<4>().0) {

@@ -169,8 +169,8 @@ impl Deadline {
         Self { end }
     }
 
-    /// Returns whether the deadline has passed. Call this before each sleep: no interrupt follows if the deadline
-    /// passed before it was written.
+    /// Returns whether the deadline has passed. Call this before each sleep, because no interrupt follows if the
+    /// deadline passed before it was written.
     pub fn has_passed(&self) -> bool {
         let left = self.end.wrapping_sub(TIM2.cnt().read());
         left == 0 || left > u32::MAX / 2
@@ -189,7 +189,7 @@ pub fn count() -> u32 {
     TIM2.cnt().read()
 }
 
-/// Discards a tick from before the sampling loop, whose edge may be long over.
+/// Discards a tick that came before the sampling loop started, because its edge may be long over.
 pub fn discard() {
     ALARM.reset();
 }

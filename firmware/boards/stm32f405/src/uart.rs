@@ -68,7 +68,7 @@ impl typelevel::Handler<typelevel::DMA2_STREAM7> for Sent {
 /// Whether reception is paused until the end of the interrupt.
 static PAUSED: AtomicBool = AtomicBool::new(false);
 
-/// Handler of a DMA that stopped with a bus error. It shows the HAL the end of a round instead: a stream that is
+/// Handler of a DMA that stopped with a bus error. It shows the HAL the end of a round instead, because a stream that is
 /// disabled before its end reports completion (RM0090, 10.3.14).
 ///
 /// A byte received before [`Resumed`] waits in the receiver, because an error of its transfer would reach the HAL. The
@@ -194,7 +194,7 @@ impl Sender {
     }
 }
 
-/// A transfer of bytes to the line. Dropped before its end, it stops.
+/// A transfer of bytes to the line. A transfer that is dropped before its end stops.
 pub struct Transfer<'a>(&'a [u8]);
 
 impl Transfer<'_> {
@@ -252,15 +252,15 @@ impl Receiver {
     }
 }
 
-/// Returns whether received bytes reach the buffer. The HAL stops that at an error of the line, the DMA at one of the
-/// bus.
+/// Returns whether received bytes reach the buffer. The HAL stops reception at an error of the line, and the DMA stops
+/// it at a bus error.
 fn is_receiving() -> bool {
     pac::USART1.cr3().read().dmar() && DMA2.st(RECEIVE).cr().read().en()
 }
 
 /// Prepares reception after an error and at the start.
 ///
-/// Clears the status, because the HAL would treat an overrun of that time as a new error, indefinitely on a line that is
+/// Clears the status, because the HAL would treat an earlier overrun as a new error, indefinitely on a line that is
 /// never idle. Fills the buffer with zeros, which are ends of frames without content. A stream that is enabled again
 /// begins at the buffer's start but with the rest of its round, so the HAL would otherwise return old bytes as new ones.
 fn prepare() {

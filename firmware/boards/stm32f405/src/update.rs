@@ -37,7 +37,7 @@ impl Flash for Words {
 /// A read of the whole journal takes half a millisecond. Only a program on trial needs a second one, in [`confirm`].
 static IS_ON_TRIAL: AtomicBool = AtomicBool::new(false);
 
-/// The running program. Reads the journal, and is called once, at the start.
+/// Returns the running program. Reads the journal, and is called once, at the start.
 pub fn program() -> Program {
     let state = State::read(&Words);
     IS_ON_TRIAL.store(matches!(state.progress, Progress::Trial(_)), Ordering::Relaxed);

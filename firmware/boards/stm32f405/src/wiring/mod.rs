@@ -35,7 +35,7 @@ pub struct SensorParts {
     pub from_sensor: Peri<'static, FromSensor>,
     pub select: Peri<'static, SensorSelect>,
     pub data_ready: Peri<'static, DataReady>,
-    /// Owned, so that no other code uses it: the HAL is bypassed.
+    /// Owned, so that no other code uses it, because the HAL is bypassed.
     pub _transmit_dma: Peri<'static, DMA2_CH3>,
     /// Likewise.
     pub _receive_dma: Peri<'static, DMA2_CH0>,
