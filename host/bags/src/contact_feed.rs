@@ -22,7 +22,7 @@ use stored::contacts::{
 /// Largest deviation of the square of a unit quaternion's length from 1.
 const UNIT: f64 = 1.0e-3;
 
-/// Fewest contacts of a recording, which has a rate.
+/// Fewest contacts of a recording, because one contact has no rate.
 const FEWEST: usize = 2;
 
 /// End of the topic of contacts.

@@ -1,4 +1,4 @@
-//! Copies of all messages of a bag or of several, with other numbers in some of them.
+//! Copies of all messages of one bag or of several bags. Numbers in some messages can be replaced.
 
 use std::borrow::Cow;
 use std::collections::HashMap;

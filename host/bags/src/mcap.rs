@@ -234,7 +234,7 @@ impl Bag<'_> {
         while let Some(event) = reader.next_event() {
             match event {
                 Ok(LinearReadEvent::ReadRequest(wanted)) => {
-                    // The declared length may exceed the data: memory grows with the data read.
+                    // Memory grows with the data read, because the declared length may exceed the data.
                     let room = reader.insert(wanted.clamp(1, 16 * AT_ONCE));
                     let count = read_some(&mut bytes, room)?;
                     if count == 0 && bytes.get_ref().1.limit() > 0 {

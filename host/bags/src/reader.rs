@@ -209,7 +209,7 @@ impl<'a> Reader<'a> {
         }
         let Header { frame_id, .. } = decode_start(payload).ok()?;
         if self.failed.is_some() {
-            // The frame may be as damaged as the message that failed, so it does not add a foot.
+            // Do not add a foot for a new frame, because the frame may be as damaged as the message that failed.
             let is_same = |at: &usize| self.feeds[*at].frame.as_ref() == Some(&frame_id);
             return self.of_topic(topic).find(is_same);
         }

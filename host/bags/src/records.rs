@@ -97,7 +97,7 @@ impl From<io::Error> for Stop {
     }
 }
 
-/// Reads `length` bytes of a record. The declared length may exceed the data: memory grows with the data read.
+/// Reads `length` bytes of a record. Memory grows with the data read, because the declared length may exceed the data.
 pub(super) fn load(
     record: &mut Vec<u8>,
     from: &mut (impl Read + ?Sized),

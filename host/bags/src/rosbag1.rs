@@ -126,7 +126,7 @@ impl Bag<'_> {
                 Ok(true) => {}
                 Ok(false) if is_in_index => return Ok(()),
                 Ok(false) => return Err(Stop::Early("it has no index")),
-                // Nothing is lost with a part of the index.
+                // An index that is cut off loses no message.
                 Err(Stop::Early(_)) if is_in_index => return Ok(()),
                 Err(stop) => return Err(stop),
             }
@@ -150,7 +150,7 @@ impl Bag<'_> {
                 skip(bytes, length.into())?;
             }
             op::CHUNK => self.chunk(bytes, length)?,
-            // A chunk that was not finished has its records here.
+            // The records of an unfinished chunk follow its header directly.
             _ => self.process(bytes, length)?,
         }
         Ok(true)
@@ -246,7 +246,7 @@ impl Bag<'_> {
         Ok(true)
     }
 
-    /// Processes the data of a record, which follow.
+    /// Processes the data of the current record, which follow its header.
     fn process(&mut self, from: &mut impl Read, length: u32) -> Result<(), Stop> {
         match self.op()? {
             op::MESSAGE => {

@@ -88,8 +88,9 @@ pub(super) fn visit(
     }
 }
 
-/// A copy of a file that ends within a page, without that page: `SQLite` would fill the page with zeros, including
-/// its messages. `None` if the file is complete. Source: <https://www.sqlite.org/fileformat.html>, section 1.3.2.
+/// Returns a copy of a file that ends within a page, without that page, because `SQLite` would read zeros in place of the
+/// missing part, and so damaged messages. `None` if the file consists of whole pages. Source:
+/// <https://www.sqlite.org/fileformat.html>, section 1.3.2.
 fn whole_pages(path: &Path) -> io::Result<Option<TempPath>> {
     let mut file = File::open(path)?;
     let mut header = [0; 32];

@@ -200,10 +200,10 @@ pub struct LearntFoot {
     pub object_version: u32,
     /// CRC of version and values: its sub-index 7.
     pub object_crc: u32,
-    /// Vector from the ground to the IMU, which `velocity.lever_m` follows from; null if the walk does not determine it.
+    /// Vector from the ground to the IMU, whose length is `velocity.lever_m`; null if the walk does not determine it.
     #[serde(serialize_with = "if_found")]
     pub lever: Result<Lever, LeverError>,
-    /// Samples and steps that the values follow from.
+    /// Samples and steps from which the values were learnt.
     #[serde(skip)]
     pub learnt: Learnt,
 }

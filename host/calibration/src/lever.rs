@@ -6,14 +6,15 @@
 //! a = ω̇ × r + ω × (ω × r)
 //! ```
 //!
-//! The accelerometer reads this acceleration, a constant error b, and gravity. The gyroscope carries up, as the estimate
-//! has it at the beginning of a stance, through the stance. So the reading without gravity is linear in r, in b and in
-//! the tilt of that up. They follow by least squares from all stances of a walk: the two angles of the tilt for each
-//! stance, r and b for all of them. Gravity has its standard length: if it were free, a rocking foot could be explained
-//! by another gravity in place of r.
+//! The accelerometer reads this acceleration, a constant error b, and gravity. The direction of up is the estimate's at the
+//! beginning of a stance, and the gyroscope's rate carries it through the stance. So the reading without gravity is linear
+//! in r, in b, and in the error of that direction, a tilt. All of them follow by least squares from all stances of a walk:
+//! the two angles of the tilt for each stance, r and b for all stances together. Gravity has its standard length, because a
+//! free length could explain a rocking foot in place of r.
 //!
-//! A foot that hardly turns does not determine r: r must explain most of what b and gravity leave. A foot that rolls
-//! from its heel to its toe has no such point: the first and the second half of its stances must agree on r.
+//! A foot that hardly turns does not determine r, so r must explain most of the acceleration that b and gravity leave. A
+//! foot that rolls from its heel to its toe does not turn about one point, so the first and the second half of its stances
+//! must agree on r.
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -27,7 +28,7 @@ use crate::sensor::inverse;
 use samples::Recording;
 use samples::space::Vector;
 
-/// Time that is left out at both ends of a stance, s: the landing rings out, and the lift-off is noticed late.
+/// Time that is left out at both ends of a stance, s, because the landing rings out and the lift-off is detected late.
 const MARGIN: f64 = 0.06;
 
 /// Time over which readings are averaged, s, before the rate of turn is differentiated.
@@ -36,7 +37,7 @@ const SMOOTHING: f64 = 0.025;
 /// Least duration of a stance without its ends, s.
 const SHORTEST: f64 = 0.08;
 
-/// Longest part of a stance with one direction of gravity, s. A gyroscope keeps it for longer, and a bias for less.
+/// Longest part of a stance for which one tilt is fitted, s. Longer stances are divided.
 const LONGEST: f64 = 1.0;
 
 /// Least number of these parts.
@@ -62,7 +63,7 @@ pub struct Lever {
     pub vector_m: [f64; 3],
     /// Length of the lever, m.
     pub lever_m: f32,
-    /// Stances, and parts of long ones, that it follows from.
+    /// Number of stances, and of parts of long stances, from which the vector was fitted.
     pub stances: usize,
     /// RMS acceleration in these stances that gravity and a constant error leave, m/s².
     pub residual_before: f64,

@@ -30,7 +30,7 @@ impl RobotFile {
         Ok(Self { remarks: Vec::new(), tables: other.parse()?, foot: None })
     }
 
-    /// Sets the settings of one foot, in `[feet.NAME]`, from here on.
+    /// Makes all later changes apply to the settings of one foot, in `[feet.NAME]`; `None` for all feet.
     #[must_use]
     pub fn of_foot(self, foot: Option<String>) -> Self {
         Self { foot, ..self }
@@ -91,7 +91,7 @@ impl RobotFile {
                 let axes = axes_text(&report.axes);
                 self.table().insert(KEY.to_owned(), Value::String(axes));
             }
-            // Without its own axes the foot would have the axes of all feet.
+            // Write even the default, because a foot without axes of its own has the axes of all feet.
             None if self.foot.is_some() && self.tables.contains_key(KEY) => {
                 let axes = axes_text(&Mounting::IDENTITY);
                 self.table().insert(KEY.to_owned(), Value::String(axes));
@@ -128,7 +128,7 @@ impl RobotFile {
         }
     }
 
-    /// Sets a key, given with the tables that it is in, which are added if there are none.
+    /// Sets the value at a path of tables and a key, such as `velocity.lever_m`. Adds missing tables.
     fn set(&mut self, path: &str, value: f32) {
         let mut names: Vec<&str> = path.split('.').collect();
         let key = names.pop().unwrap_or_default();

@@ -100,7 +100,7 @@ impl Feed {
         Self { reader, clock: LineClock::default(), lines, open: Cell::new(lines) }
     }
 
-    /// Feed of lines that their consumer reads, or of one alone.
+    /// Creates a feed of lines that the consumer reads itself. `is_alone` tells whether there is only one line.
     fn consumed(
         is_alone: bool,
         opened: impl Iterator<Item = Result<Box<dyn Link>, LinkError>>,
@@ -198,7 +198,8 @@ struct ConsumedLines {
 impl ConsumedLines {
     fn next(&mut self, clock: &LineClock, longest: Duration) -> Option<FeedEvent> {
         let end = clock.now() + longest;
-        // In lock step the boards share their time, which also passes while another line is read.
+        // Lines in lock step are read in short turns, because the boards share their time, which passes for all of them
+        // while one line is read.
         let piece = if self.lines.len() == 1 { longest } else { STEP.min(longest) };
         loop {
             for _ in 0..self.lines.len() {

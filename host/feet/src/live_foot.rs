@@ -107,21 +107,21 @@ impl LiveFoot {
     }
 
     fn take_contact(&mut self, mut row: ContactRow, at: Timestamp) {
-        // On CAN, health frames carry the flags at 10 Hz.
+        // A contact on CAN has no flags but `saturated`. The other flags come from the newest health frame, at 10 Hz.
         let saturated = Flags::NONE.with(Flag::Saturated).bits();
         let of_contact = if row.status.is_saturated() { saturated } else { 0 };
         let of_health = self.health.map(|health| health.flags | of_contact);
         row.flags = row.flags.or(of_health);
         self.missing = self.missing.saturating_add_signed(row.missing);
         if row.velocity_sigma.is_some() {
-            // Estimated on a host: its rate depends on the sensor.
+            // Only estimates of a host have a sigma. Their rate depends on the sensor.
             self.second.take_of_host(row.timestamp, row.segment, at);
         } else {
             self.second.take(row.timestamp, row.segment, at);
         }
         self.stamp = match (row.turn, row.common) {
             (ClockTurn::NotYet, _) => self.clock.received(at),
-            // Consumers match contacts with the samples by this time.
+            // The time of the header is kept unchanged, because consumers match contacts with samples by it.
             (ClockTurn::Known, Some((time, CommonClock::Header))) => time,
             (ClockTurn::Known, Some((time, CommonClock::Sync))) => {
                 self.clock.synchronised(row.timestamp, at, time)

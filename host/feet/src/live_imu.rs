@@ -1,8 +1,8 @@
 //! An IMU whose samples arrive one by one, such as on a topic of ROS 2. The estimates are computed here.
 //!
-//! The rate follows from the stamps in the first half second, unless it is given. Samples are held back until it is
-//! known. Then each sample becomes a row at once, as a foot sends it. The samples are checked while they come: the same
-//! checks as those of a recording, after 5 s, 15 s and 45 s, and then once a minute.
+//! The rate follows from the stamps in the first half second, unless it is given. Samples are held back until the rate is
+//! known. From then on each sample becomes a row at once, like a contact that a foot sends. The samples are checked as a
+//! recording is, after 5 s, 15 s and 45 s, and then once a minute.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -150,7 +150,7 @@ impl LiveImu {
     pub fn take(&mut self, sample: LiveSample, arrivals: &mut VecDeque<Arrived>) {
         self.has_stamps |= sample.stamp_us.is_some();
         if self.has_stamps && sample.stamp_us.is_none() {
-            // Without a stamp, only the time of reception is known, which is on another clock.
+            // A sample without a stamp is left out, because its time of reception is on another clock than the stamps.
             return self.count_out_of_order(sample.received, arrivals);
         }
         match &mut self.state {

@@ -134,7 +134,7 @@ impl SampleTimes {
             return Placed::At { time_us: stamp_us, missing: 0 };
         }
         self.period_us += OF_PERIOD * ahead_us;
-        // A stamp far behind cannot hold the time back, which advances.
+        // Even if a stamp is far behind, the time must advance.
         let step_us = self.period_us + OF_TIME * ahead_us;
         self.since_us += step_us.clamp(0.5 * self.period_us, 1.5 * self.period_us);
         Placed::At { time_us: self.origin_us + self.since_us.round() as i64, missing: 0 }
@@ -163,7 +163,7 @@ impl SampleTimes {
         let before = self.other_rate.take();
         if is_other {
             self.other_rate = Some(rate);
-            // Twice the same, because samples may be lost for a while.
+            // The rate must be found twice, because a loss of samples may look like another rate for a while.
             let is_steady = before.is_some_and(|before| (before / rate - 1.0).abs() < RATE_CHANGES);
             return is_steady.then_some(FoundTiming::Rate(rate));
         }
@@ -176,14 +176,16 @@ impl SampleTimes {
     }
 }
 
-/// Shortest time in which the rate of a stream is found, µs: if its stamps are even, and if they jitter.
+/// Shortest time in which the rate of a stream is found, µs. The first applies if the stamps are even, the second if they
+/// jitter.
 const FOUND_US: i64 = 500_000;
 const FOUND_UNEVEN_US: i64 = 1_000_000;
 
 /// Smallest number of samples in which the rate is found.
 const LEAST_SAMPLES: usize = 10;
 
-/// Finds the rate of a stream by its first stamps, µs: Hz, and whether they jitter. `None` until there are enough.
+/// Finds the rate of a stream, Hz, from its first stamps, µs. Returns the rate, and whether the stamps jitter; `None` if
+/// there are too few stamps.
 pub(crate) fn first_rate(stamps_us: &[i64]) -> Option<(f64, bool)> {
     let (first, last) = (stamps_us.first()?, stamps_us.last()?);
     let span_us = last - first;
@@ -200,7 +202,7 @@ pub(crate) fn first_rate(stamps_us: &[i64]) -> Option<(f64, bool)> {
     };
     let uneven = sorted.iter().filter(|step| !is_even(step)).count() as f64;
     if median_us > 0.0 && uneven <= JITTERS * sorted.len() as f64 {
-        // The mean of single periods: others have gaps.
+        // Average only steps of one period, because longer steps are gaps.
         let single = || sorted.iter().filter(|step| (**step as f64) < 1.5 * median_us);
         let mean_us = single().sum::<i64>() as f64 / single().count() as f64;
         return Some((roundest(1.0e6 / mean_us), false));

@@ -161,7 +161,7 @@ struct Times {
     foot: Duration,
 }
 
-/// Updates a foot as [`update`] does, by this way to start its loader and to list the folders of drives.
+/// Updates a foot as [`update`] does. `start_loader` starts its loader, and `mounted` lists the folders of drives.
 fn update_by(
     port: &str,
     program: &[u8],
@@ -169,7 +169,7 @@ fn update_by(
     mounted: impl Fn() -> Vec<PathBuf>,
     times: Times,
 ) -> Result<(), CopyError> {
-    // A loader that runs already is another board's: this board has its port.
+    // Loaders that run already belong to other boards, because this board's program still runs and has a port.
     let others = loader_drives(mounted());
     start_loader()?;
     let Chip { name, drive, by_hand, .. } = *chip_of(program).unwrap_or(&CHIPS[0]);
@@ -211,7 +211,7 @@ fn is_there(port: &str) -> bool {
 fn copy(drive: &Path, program: &[u8]) -> io::Result<()> {
     let mut file = File::create(drive.join("foot.uf2"))?;
     file.write_all(program)?;
-    // The loader removes the drive after the last block, so that this may fail.
+    // An error is ignored, because the loader removes the drive after the last block.
     let _ = file.sync_all();
     Ok(())
 }

@@ -250,7 +250,7 @@ impl Events {
                 match now {
                     Some(end) => self.paused = Some(Paused { slip, end, so_far: slip }),
                     None if slip.has_load || slip.lasts() => self.slip_starts(&slip, None, None),
-                    // Without a load, a recording that ends so soon may end in a lift-off as well.
+                    // Without a load, a stretch that the end of the recording cuts short may be a lift-off as well.
                     None => before.iter().for_each(|paused| self.slip_ends(paused)),
                 }
             }
@@ -263,7 +263,7 @@ impl Events {
         self.slip_starts(slip, Some(*end), slip.distance_to_rest());
     }
 
-    /// Handles a lift-off. If `slip` is set, a slip precedes it, which may have begun in the paused slip `before`.
+    /// Handles a lift-off. With `slip`, a slip precedes the lift-off, and may continue the paused slip `before`.
     fn lift(
         &mut self,
         before: Option<&Paused>,
@@ -385,8 +385,8 @@ pub const RISES_ABOVE_M: f64 = 0.002;
 /// Peak of a slide's speed over its root mean square, if the foot begins and ends at rest with the least jerk.
 const PEAK: f64 = 1.57;
 
-/// Largest acceleration along the ground that can be an error, m/s²: that of an offset of 40 mg on each axis and of an
-/// inclination that is wrong by 8°. From 1.5 to 2.5 the same slips of real robots are reported.
+/// Largest acceleration along the ground that can be an error, m/s²: the sum of an offset of 40 mg on each axis and of an
+/// inclination error of 8°. Any value from 1.5 to 2.5 reports the same slips of real robots.
 const LARGEST_ERROR: f64 = 2.0;
 
 /// Flags of samples in which the motion of the foot is unknown.
@@ -541,13 +541,13 @@ impl Unstable {
         self.rose.filter(|_| !self.has_load)
     }
 
-    /// Returns whether its turn explains how fast the foot moved, if it ends at rest or not. The speed is unknown if
-    /// samples are missing, or the acceleration, as of recorded contacts.
+    /// Returns whether the turn of the foot explains its speed. `rests` tells whether the stretch ends at rest. The speed is
+    /// unknown if samples are missing, or if the acceleration is unknown, as in recorded contacts.
     fn only_turned(&self, rests: bool) -> bool {
         self.reckoning.is_some_and(|reckoning| reckoning.only_turned(rests))
     }
 
-    /// Verdict on the stretch if it ends here, at rest or not.
+    /// Returns the verdict on the stretch if it ends here. `rests` tells whether it ends at rest.
     fn verdict(&self, rests: bool) -> Verdict {
         let has_swung = if self.has_load { self.unloaded.is_some() } else { self.lifted.is_some() };
         let slid_until = |end: Timestamp| self.slid && self.lasts_until(end);
@@ -696,8 +696,8 @@ impl Reckoning {
         self.along_ground(self.position)
     }
 
-    /// Height by which the foot has risen or sunk, m, whether it stands now or still moves: the smaller one, so that a
-    /// constant error of the acceleration does not count; 0 if it is unknown.
+    /// Returns the height by which the foot has risen or sunk, m; 0 if it is unknown. This is the smaller of two heights: of a
+    /// foot that stands now, and of a foot that still moves. So a constant error of the acceleration does not count.
     fn rise(&self) -> f64 {
         let moving = self.position.z.abs();
         let standing = (self.position.z - self.velocity.z * (0.5 * self.seconds())).abs();

@@ -80,8 +80,8 @@ pub enum ReplayError {
     },
 }
 
-/// Estimates a foot sample by sample, observed by `observer`; or takes the recorded estimates, if these
-/// [are used](options::InputOptions::contacts).
+/// Estimates a foot sample by sample, observed by `observer`. If recorded contacts
+/// [are used](options::InputOptions::contacts), takes their estimates instead.
 ///
 /// # Errors
 /// A parameter is out of range, or the temporary files cannot be used.

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
-/// Gives each of `items` to `work`, on up to `jobs` threads; the results are in the items' order. After a failure no
-/// further item is started, and unprocessed items have no result.
+/// Gives each of `items` to `work`, on up to `jobs` threads. Returns the results in the order of the items. After a
+/// failure no further item is started, and unprocessed items have no result.
 pub fn run<I, T: Send, E: Send>(
     items: impl ExactSizeIterator<Item = I> + Send,
     jobs: NonZeroUsize,

@@ -139,8 +139,8 @@ impl LineSource for Demo {
         Ok(Box::new(SimulatedFeet::new(self)))
     }
 
-    /// Opens the line. The time of feet at the speed `max` passes only while answers are awaited, and timeouts are measured
-    /// in it.
+    /// Opens the line. At the speed `max`, the time of the feet passes only while a response is awaited, and timeouts are
+    /// measured in that time.
     fn open_for_requests(&self) -> Result<Box<dyn Link>, LinkError> {
         if self.speed == Some(Speed::Max) {
             return Ok(Box::new(SimulatedFeet::in_steps(self)));

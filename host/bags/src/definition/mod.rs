@@ -561,9 +561,9 @@ impl Definition {
     }
 }
 
-/// Bytes for each unit of the length of a `wstring`. Implementations of DDS differ in the size of a character, and in
-/// whether the length counts characters or bytes. No field of the message tells which. With the right one the message
-/// is as long as its type.
+/// Candidates for the bytes per unit of the length of a `wstring`. Implementations of DDS differ in the size of a
+/// character, and in whether the length counts characters or bytes, and no field of the message tells which applies. Only
+/// with the right candidate is the message as long as its type.
 const UNITS: [usize; 3] = [4, 2, 1];
 
 struct Walk<'a> {

@@ -1,4 +1,4 @@
-//! Messages of ROS 1 as messages of ROS 2, so that everything after this reads one kind of message.
+//! Converts messages of ROS 1 to messages of ROS 2, so that all other code reads only messages of ROS 2.
 //!
 //! | | ROS 1 | ROS 2 |
 //! |---|---|---|
@@ -73,7 +73,8 @@ fn converted(channel: &Channel) -> Option<(Channel, Converter)> {
     Some((converted, Converter { definition, numbered: header.filter(|_| is_numbered) }))
 }
 
-/// Returns whether a header begins with the number of the message, by its definition; without one it does.
+/// Returns whether a header begins with the number of the message, by the definition of the header; true without a
+/// definition.
 fn is_seq_first(header: Option<&str>) -> bool {
     let Some(header) = header else {
         return true;
@@ -89,7 +90,8 @@ fn without_comment(line: &str) -> &str {
     line.split('#').next().unwrap_or_default().trim()
 }
 
-/// Returns a definition of ROS 1 in the words of ROS 2. Constants of text are left out, since ROS 2 quotes them.
+/// Converts a definition of ROS 1 to one of ROS 2. Constants of type string are left out, because ROS 2 quotes their
+/// values.
 fn definition_in_ros2(name: &str, text: &str) -> String {
     let mut section = name.to_owned();
     let mut named = vec![section.clone()];

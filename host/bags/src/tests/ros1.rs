@@ -305,7 +305,7 @@ fn truncated_bag_of_ros_1_yields_its_messages() {
             assert!(is_early || read.len() == 200, "{compression}, {length}");
         }
         assert_eq!(longest, 200, "{compression}");
-        // Without a part of the index alone, nothing is missing.
+        // If only a part of the index is missing, no message is missing.
         let feet = open(&bytes[..bytes.len() - 5], &InputOptions::default()).unwrap();
         assert_eq!(feet[0].about.notices, []);
     }

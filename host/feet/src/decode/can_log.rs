@@ -188,7 +188,8 @@ fn printed_times(text: &str) -> LogTimes {
     let rises = times.windows(2).filter(|pair| pair[1] > pair[0]).count();
     // A steady bus repeats the same difference.
     let is_steady = rises <= 1 && times.len() > 2 && times.last() > Some(&0);
-    // Times since 1970 are never differences: the clocks of two interfaces may differ, or stamp several frames alike.
+    // Times since 1970 are never differences, even if they decrease or repeat, because the clocks of two interfaces may
+    // differ, and a clock may give several frames the same time.
     let are_short = times.iter().all(|time| *time <= LONGEST_DIFFERENCE_US);
     if are_short && (falls * 10 > falls + rises || is_steady) {
         LogTimes::Differences

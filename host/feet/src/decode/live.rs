@@ -201,14 +201,14 @@ impl LiveDecoder {
             let foot = FootKey { line: Arc::clone(&line), node: serial.rows.node.map(NodeId::get) };
             let message = FootMessage { at, foot, body };
             if matches!(message.body, MessageBody::Answer(_)) {
-                // Whoever has sent the request waits for it.
+                // A response is never held back, because the client waits for it.
                 self.messages.push_back(message);
             } else {
                 serial.held.push(message, sampled);
             }
             let known = serial.held.take_if(&serial.rows);
             self.messages.extend(serial.released(known));
-            // Without the foot's clock, this machine's has to do.
+            // If the clock of the foot is unknown, the wait is measured on the clock of this machine.
             let oldest = serial.held.oldest_without_clock().map_or(at, |oldest| oldest.at);
             let logs = serial.held.take_after(at.as_micros().saturating_sub(oldest.as_micros()));
             self.messages.extend(serial.released(logs));
@@ -318,7 +318,7 @@ struct SerialInput {
 }
 
 impl SerialInput {
-    /// Returns the messages that are held back no longer, with the foot that sent them.
+    /// Completes messages that are no longer held back with the foot that sent them.
     fn released(&self, messages: VecDeque<FootMessage>) -> impl Iterator<Item = FootMessage> + '_ {
         messages.into_iter().map(|mut message| {
             message.foot.node = self.rows.node.map(NodeId::get);

@@ -119,8 +119,8 @@ impl<T> HeldBack<T> {
         if self.is_over { self.take() } else { VecDeque::new() }
     }
 
-    /// Returns the oldest output if the foot's clock is not known, because nothing of it has a time: a foot that has only
-    /// sent lines of its log.
+    /// Returns the oldest output if the foot's clock is unknown, because no output has a time so far. This is the case if the
+    /// foot has only sent lines of its log.
     pub(crate) fn oldest_without_clock(&self) -> Option<&T> {
         self.held.front().filter(|_| self.first.is_none())
     }

@@ -28,7 +28,7 @@ const STORE: Duration = Duration::from_secs(3);
 /// Time after which a foot accepts another store, with a reserve.
 const STORE_INTERVAL: Duration = Duration::from_millis(1_100);
 
-/// Maximum number of attempts to store: an emulated foot may be slower than this machine's clock.
+/// Maximum number of attempts to store. Several are needed if the clock of an emulated foot is slower than this machine's.
 const STORE_TRIES: u32 = 8;
 
 /// Tolerance for messages out of order on a serial line, µs. If the clock is behind by more, the foot has restarted.
@@ -337,7 +337,8 @@ impl Client {
     /// Resets the foot and waits for its first response; it is in the pre-operational state then. Commands have
     /// no response, and frames may be lost, so the command is repeated if the foot has not restarted.
     pub(super) fn reset(&mut self, node: Option<NodeId>) -> Result<(), RequestError> {
-        // If the stored id differs, the foot restarts with that one and is found by its serial number.
+        // A foot whose stored id differs from its current id restarts with the stored id, so it is found by its serial
+        // number.
         let serial = match node {
             Some(node) => {
                 self.decode_node(node);
@@ -446,7 +447,7 @@ impl Client {
             false
         })?;
         match count {
-            // A frame was lost: repeat as a normal request.
+            // A frame may have been lost, so the request is repeated as a normal one.
             0 => self.serial_number().map(|_| ()),
             1 => Ok(()),
             count => Err(RequestError::SameId { foot: self.foot(), count }),
@@ -662,7 +663,7 @@ impl Client {
             Some(_) => FootRequest::Write(address),
         };
         for attempt in 0..TRIES {
-            // The node may be in the transfer of a master that has vanished.
+            // The node may still be in a transfer that a vanished master has begun, so the transfer is aborted.
             if attempt > 0
                 && value.is_none()
                 && let Some(node) = self.node

@@ -72,7 +72,7 @@ pub fn run(client: &mut Client) -> Result<SelfTestResult, SelfTestError> {
     let mut stored = Ok(());
     if !was_on {
         client.write(SETTING, Value::U8(1))?;
-        // Without an answer, settings may be stored nevertheless.
+        // An error is not returned yet, because the settings may be stored even if the response is missing.
         stored = settings::store(client);
     }
     let stored = stored.map_err(SelfTestError::from);

@@ -350,7 +350,7 @@ enum WriteFailure {
 }
 
 impl WriteFailure {
-    /// Error for the user, once the previous settings were put back as far as `undone` tells.
+    /// Returns the error for the user, after the previous settings were restored as far as `undone` reports.
     fn into_error(self, undone: Undone) -> SettingsError {
         match self {
             Self::NotTaken(cause) => SettingsError::NotTaken { cause, undone },
@@ -380,7 +380,7 @@ const AXES: Address = Address::new(index::MOUNTING, 1);
 /// Code of a sensor whose axes are the axes of the foot.
 const IDENTITY: Value = Value::U16(123);
 
-/// Writes `changes` in an order that the foot accepts. `axes` is the value that [`AXES`] has after it.
+/// Writes `changes` in an order that the foot accepts. `axes` is the value that [`AXES`] must have afterwards.
 fn write_all(
     client: &mut Client,
     changes: &[(Named, Value, Value)],
@@ -396,7 +396,7 @@ fn write_all(
         steps.retain(|(named, _)| named.address != AXES);
         steps.extend([(named, IDENTITY), (named, axes)]);
     }
-    // A locked foot accepts no setting but the lock: it is unlocked first, and locked last.
+    // A locked foot accepts no setting but the lock, so it is unlocked first and locked last.
     steps.sort_by_key(|(named, value)| match named.address {
         Address { index: index::LOCK, .. } if *value == Value::U8(0) => 0,
         AXES if rotates && *value == IDENTITY => 1,
@@ -404,7 +404,8 @@ fn write_all(
         Address { index: index::LOCK, .. } => 4,
         _ => 2,
     });
-    // A setting may become compatible after another: refused ones are retried as long as any is accepted.
+    // A refused setting may become compatible once another is written, so refused settings are retried as long as any
+    // setting is accepted.
     while !steps.is_empty() {
         let mut refused = Vec::new();
         let before = steps.len();

@@ -236,7 +236,7 @@ fn install(
     }
     let sent = send(client, &foot, image, &mut |step| report(&foot, step));
     if sent.is_err() {
-        // The image may have arrived, and only the last answer not.
+        // The whole image may have arrived although the last response was lost, so it is erased.
         let _ = control(client, control::CLEAR);
     }
     // After a refusal, the start returns the foot to its previous program.
@@ -244,7 +244,7 @@ fn install(
     let why = sent.err();
     report(&foot, UpdateStage::Installing);
     match started {
-        // The response may be lost, and the foot restarts.
+        // The foot may restart although its response was lost.
         Ok(()) | Err(RequestError::NoAnswer { .. }) => {}
         Err(error) => return Err(why.unwrap_or_else(|| error.into())),
     }
@@ -377,7 +377,7 @@ pub struct Programs {
     pub running: Option<u32>,
     /// Number of the program before the last update; `None` without one.
     pub previous: Option<u32>,
-    /// Reason why the last image was refused, or the previous program is back.
+    /// Reason why the last image was refused, or why the previous program was restored.
     pub refused: Option<Refusal>,
 }
 

@@ -88,11 +88,11 @@ impl PortDevice {
         let mut port = SerialPort::open(name, baud)?;
         lock(&port)?;
         port.set_write_timeout(WRITE_TIMEOUT)?;
-        // Windows leaves DTR low, and a foot on USB sends only while it is high. An error is ignored, as some adapters lack
-        // this line.
+        // Windows leaves DTR low, but a foot on USB sends only while DTR is high. An error is ignored, because some adapters
+        // have no DTR.
         let _ = port.set_dtr(true);
-        // A board on USB keeps a packet that an earlier program has not taken. Its contacts would be old, and those since
-        // then would count as missing.
+        // A board on USB keeps a packet that an earlier program has not read. Discard it, because its contacts are old, and
+        // all contacts since then would count as missing.
         thread::sleep(LEFT_OVER);
         let _ = port.discard_input_buffer();
         Ok(Self::Serial(port))

@@ -1,5 +1,5 @@
 //! State of a foot on CAN: the time of each contact on the clock of the foot, and the number of contacts missing before it.
-//! The clock of reception is called the log's here, for live frames too.
+//! Here "the log's clock" is the clock of reception, even if frames are received live.
 //!
 //! A contact has 16 bits of its foot's clock, which wrap every 655.36 ms; a health frame has the full clock, ten
 //! times a second. A contact whose number agrees with its time continues the clock. Otherwise, as at the start
@@ -107,7 +107,7 @@ impl FootOnCan {
         }
     }
 
-    /// Whether the turn of the newest contact is known.
+    /// Returns whether the turn of the newest contact is known.
     pub(super) const fn turn(&self) -> ClockTurn {
         match self.gap {
             None => ClockTurn::Known,
@@ -190,7 +190,7 @@ impl FootOnCan {
         let numbers = sequence.wrapping_sub(self.sequence);
         let after_suspect = self.suspect.take().and_then(|suspect| {
             let elapsed = suspect.elapsed(short, at);
-            // The two contacts agree, so the mark is out of date.
+            // If the suspect and this contact agree, the suspect was right, and the mark is out of date.
             let is_after = matches!(elapsed, TimeBetween::Agreed(1..));
             is_after.then(|| suspect.after(elapsed.micros(), short, sequence, at))
         });
@@ -208,7 +208,7 @@ impl FootOnCan {
             return None;
         }
         if self.reception == Reception::Live {
-            // Queued frames are received all at once: the times of reception do not show that a contact is older.
+            // Queued frames are received all at once, so their times of reception cannot show that a contact is older.
             elapsed = elapsed.forward();
         }
         let next = match (elapsed, after_suspect) {
@@ -286,7 +286,8 @@ impl FootOnCan {
             if shift_us == 0 {
                 return ClockCorrection::None;
             }
-            // A loss of a multiple of 256 contacts and of whole turns, or a restart, looked like the next contact.
+            // The contact looked like the next one, but either a multiple of 256 contacts was lost in whole turns, or the
+            // foot has restarted.
             self.shift(shift_us);
             if shift_us < 0 {
                 return self.restart(self.row, shift_us);
@@ -342,7 +343,7 @@ impl FootOnCan {
     /// Offset from the foot's clock to the log's, µs, if known from SYNCs.
     fn offset(&self) -> Option<i64> {
         let offset = self.alignment.offset()?;
-        // No contact is made after it was received.
+        // A contact cannot have been made after its reception, which limits the offset.
         let latest = self.least.map(LeastDelay::offset_us);
         Some(latest.map_or(offset, |latest| offset.min(latest)))
     }
@@ -556,8 +557,8 @@ impl ContactPace {
     }
 
     /// Returns whether a contact may be `contacts` after another (before it, if negative), given a time of `elapsed_us`
-    /// between them. The tolerance is half a period plus the change of the pace. The next contact may be later, as with
-    /// a late edge.
+    /// between them. The tolerance is half a period plus a change of the pace by 1/256. If `contacts` is 1, the time may be
+    /// up to [`MOST_PERIODS`] periods, because an edge of the sensor may be late.
     fn agrees(self, elapsed_us: i64, contacts: i64) -> bool {
         let expected_us = |contacts| {
             let mean_us = i64::try_from(self.elapsed_us).ok()?;
@@ -574,9 +575,9 @@ impl ContactPace {
         }
     }
 
-    /// Number of contacts missing in `elapsed_us`, in which the number has advanced by `numbers`. The pace
-    /// gives the number of contacts made approximately, the sequence number exactly, modulo 256. If the number
-    /// is the next one and contradicts the pace, the foot has paused.
+    /// Returns the number of contacts missing in `elapsed_us`, in which the sequence number has advanced by `numbers`. The
+    /// pace gives the number of contacts approximately, the sequence number exactly but modulo 256. If the sequence number
+    /// is the next one although the pace contradicts it, the foot has paused and nothing is missing.
     fn missing(self, elapsed_us: i64, numbers: u8) -> i64 {
         let modulo = i64::from(numbers.wrapping_sub(1));
         let Some(made) = self.contacts_in(elapsed_us) else {

@@ -251,7 +251,8 @@ impl CanDecoder {
         let Some(first) = entry.first.take() else {
             return;
         };
-        // Nothing was missing: the contact continued the numbers before the boot-up.
+        // If nothing was missing before this contact, it continued the numbers before the boot-up, and the foot sent it
+        // before the restart.
         if first.counted.missing == 0 && first.counted.problems.is_empty() {
             return self.report.add_contact(first.counted);
         }
@@ -400,8 +401,8 @@ impl PendingRows {
         self.rows.get_mut(index.checked_sub(self.returned)?)
     }
 
-    /// Sets the common time of a foot's kept rows to the foot's own clock plus `offset`, µs. The foot is the
-    /// one of row `index`. Does nothing if that row no longer uses the time of reception.
+    /// Sets the common time of the kept rows of one foot, the foot of row `index`, to the foot's clock plus `offset`, µs.
+    /// Does nothing if the common time of row `index` was set by a SYNC before.
     fn align(&mut self, index: usize, offset: i64) {
         let Some(row) = self.get_mut(index) else {
             return;
@@ -420,8 +421,8 @@ impl PendingRows {
         }
     }
 
-    /// Makes the turn of the rows of a foot from row `from` on known: shifts their times by `shift_us`. `change`
-    /// is applied to each.
+    /// Shifts the times of a foot's rows from row `from` on by `shift_us`, and marks their turn as known. Applies `change`
+    /// to each of these rows.
     fn shift(
         &mut self,
         from: usize,

@@ -127,7 +127,7 @@ impl Newest {
 /// Time without motion that counts as rest, µs.
 const REST_US: u64 = 500_000;
 
-/// Fewest motions in that time: a foot on a bus sends them every 20 ms.
+/// Fewest motions in that time, because a foot on a bus sends one only every 20 ms.
 const FEWEST: usize = 15;
 
 /// Largest standard deviation at rest, m/s² and rad/s. A foot whose noise is out of bounds still rests, so that the
@@ -187,7 +187,7 @@ impl RestDetector {
         let mut span_us = 0;
         while let Some(first) = self.motions.front() {
             span_us = newest_us.saturating_sub(first.at.as_micros());
-            // After a restart, times of the foot begin again.
+            // Motions before a restart are dropped, because the foot's clock begins again.
             if span_us <= REST_US && first.at <= motion.at {
                 break;
             }

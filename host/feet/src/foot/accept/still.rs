@@ -41,8 +41,8 @@ struct SampleTimes {
 impl SampleTimes {
     /// Nominal period of the edges, µs.
     const PERIOD_US: u64 = 150;
-    /// Longest time between samples in which edges are counted, µs. At a rate that is 5 % off, the error then grows
-    /// to half a period.
+    /// Longest time between samples in which edges are counted, µs. At longer times, an edge rate that is 5 % off would
+    /// make an error of half a period or more, so that edges are miscounted.
     const LONGEST_US: u64 = 1_400;
     /// Largest mean error of the times with k edges, µs.
     const OFF_US: f64 = 8.0;
@@ -67,8 +67,8 @@ impl SampleTimes {
         }
         let all_us: u64 = spans.clone().map(|(_, (_, sum_us))| sum_us).sum();
         let period_us = all_us as f64 / edges as f64;
-        // If the edges have another rate, or if samples are read by the timer, only multiples of some number of edges
-        // occur.
+        // The numbers of edges have a common divisor if the edges have another rate, or if a timer triggers the reading of
+        // samples.
         let divisor = spans.clone().fold(0, |divisor, (k, _)| greatest_divisor(divisor, k));
         let is_off = |(k, (count, sum_us)): (u64, (u64, u64))| {
             let mean_us = sum_us as f64 / count as f64;

@@ -197,7 +197,7 @@ impl<'a> RowSender<'a> {
 
     /// Sends the estimates of all samples.
     fn estimate(&mut self, mut stored: Stored, mut estimator: Estimator) -> Result<(), PlayEnd> {
-        // Units are doubted before the first estimate is shown, because a recording may be long.
+        // Findings, such as a wrong unit, are reported before the first estimate, because a recording may be long.
         let check = check_samples(&mut stored, Span::default())?;
         self.doubt(check.findings())?;
         for sample in stored.samples()? {
@@ -210,7 +210,7 @@ impl<'a> RowSender<'a> {
         Ok(())
     }
 
-    /// Sends the recorded estimates, each sample with the first of them that is not before it.
+    /// Sends the recorded estimates. Each sample is sent with the first estimate that is not earlier than the sample.
     fn repeat(&mut self, mut stored: Stored) -> Result<(), PlayEnd> {
         let check = check_samples(&mut stored, Span::default())?;
         self.doubt(findings_beside_contacts(&check))?;
@@ -234,7 +234,7 @@ impl<'a> RowSender<'a> {
                 },
                 ..row_of(&estimate)
             };
-            // A sample before the first contact has no time on the clock of the rows.
+            // A sample whose time would be negative on the clock of the rows is not sent.
             let made_us = estimate.timestamp.as_micros();
             let age_us = recorded.new_age_us;
             match age_us.and_then(|age_us| made_us.checked_sub(age_us)) {

@@ -133,7 +133,7 @@ fn holds_a_frame(bytes: &[u8]) -> bool {
     results.any(|result| matches!(result, Some(Ok(_))))
 }
 
-/// Smallest step back of a log's clock that is not the order of its lines, µs.
+/// Step back of a log's times beyond which the clock was set back, µs. Smaller steps come from lines out of order.
 const SET_BACK_US: u64 = 1_000_000;
 
 /// Log, read line by line.
@@ -171,7 +171,7 @@ impl PlayedLog {
             if let Some(time) = read.time {
                 let moved_us = time.as_micros().saturating_add(self.set_back_us);
                 let back_us = self.at.as_micros().saturating_sub(moved_us);
-                // Lines of several interfaces may be out of order by less.
+                // Smaller steps back occur because lines of several interfaces may be out of order.
                 let back_us = if back_us > SET_BACK_US { back_us } else { 0 };
                 self.set_back_us = self.set_back_us.saturating_add(back_us);
                 self.at = Timestamp::from_micros(moved_us.saturating_add(back_us));
