@@ -723,7 +723,8 @@ impl Turns {
 ///
 /// *apparent* is the acceleration that a standing foot seems to have, because an accelerometer's unknown *offset* turns
 /// with a shank that leans by the angle *lean* within a second. The apparent acceleration changes as slowly as the shank
-/// leans, whereas a slide begins at once. A leg that hangs accelerates by g times its inclination, fourteen times as much as an offset explains.
+/// leans, whereas a slide begins at once. A leg that hangs accelerates by g times its inclination, fourteen times as much
+/// as an offset explains.
 ///
 /// Two slides are not detected: at a steady acceleration below limit/τ, and at a constant speed.
 #[derive(Clone, Copy, Debug)]

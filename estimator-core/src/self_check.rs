@@ -310,7 +310,7 @@ mod tests {
         assert_eq!(is_set.method, Method::HalfWidths);
     }
 
-    // A commit that changes them on purpose gives the reason.
+    // A commit that changes the pinned bits on purpose gives the reason.
     #[test]
     fn both_methods_give_the_pinned_bits() {
         const PINNED: [u64; 2] = [0x46ca_4f02_6388_6b23, 0x6ba6_06cf_4478_245b];

@@ -150,7 +150,7 @@ impl<BUS: AsyncBus> Lsm6dsox<BUS> {
         Ok(())
     }
 
-    /// Reads one register of [`Config::writes`] back. For use where [`verify`](Self::verify) would take too long.
+    /// Reads one register of [`Config::writes`] back. Use it where [`verify`](Self::verify) would take too long.
     ///
     /// # Errors
     /// [`Error::ReadBack`] if it differs.

@@ -122,7 +122,7 @@ impl<BUS: Bus> Lsm6dsox<BUS> {
         run(self.inner.verify())
     }
 
-    /// Reads one register of [`Config::writes`] back. For use where [`verify`](Self::verify) would take too long.
+    /// Reads one register of [`Config::writes`] back. Use it where [`verify`](Self::verify) would take too long.
     ///
     /// # Errors
     /// [`Error::ReadBack`] if it differs.

@@ -248,8 +248,8 @@ fn the_same_seed_gives_the_same_bits() {
     assert_eq!(run(1), 0x64d7_cd44_51a3_d0db, "{:#x}", run(1));
 }
 
-/// Samples of a shock of 75 g along x, at 20 phases of the tick: number of phases with a sample at the end of the range,
-/// and with a sample that counts as saturated.
+/// Samples a shock of 75 g along x at 20 phases of the tick. Returns the number of phases with a sample at the end of the
+/// range, and the number of phases with a sample that counts as saturated.
 fn flagged(micros: u64) -> [usize; 2] {
     let mut flagged = [0; 2];
     for phase in 0..20 {

@@ -29,7 +29,7 @@ impl embedded_hal::spi::Error for Failed {
 /// A bus on which one transfer fails.
 struct FailsOnce<'a> {
     spi: SimSpi,
-    /// Number of transfers that succeed before it.
+    /// Number of transfers that succeed before the one that fails.
     before: &'a Cell<Option<u32>>,
     transfers: &'a Cell<u32>,
     /// Whether the part is in its reset, and whether the transfer that failed has polled it.

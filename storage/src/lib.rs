@@ -60,8 +60,8 @@ const VERSION: u8 = 1;
 /// Size of a setting in the record, bytes.
 const ENTRY: usize = 7;
 
-/// Attempts to read a record. After a power cut its bits can read differently from one time to the next: it is found
-/// complete, and no longer is when it is read.
+/// Attempts to read a record. After a power cut its bits can read differently from one time to the next, so a record that
+/// was found complete may no longer be so when it is read.
 const READS: usize = 10;
 
 /// Size of the record's version, bytes.
@@ -116,7 +116,7 @@ pub struct Storage<F: NorFlash> {
 pub enum Erase {
     /// The erase is allowed.
     Allowed,
-    /// The erase is refused: the foot is streaming.
+    /// The erase is refused, because the foot is streaming.
     Refused,
 }
 
@@ -159,7 +159,7 @@ impl StoreFailed {
     }
 }
 
-/// Error of a range that does not fit the flash. It must be at least two whole pages.
+/// Error of a range that does not fit the flash. A range must be at least two whole pages.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WrongRange;
 
@@ -430,7 +430,7 @@ mod tests {
     #[test]
     fn a_shorter_record_gives_new_defaults() {
         let record = encode(&settings());
-        // A record as a program stores it that lacks the last fourteen settings.
+        // A record as stored by a program that lacks the last fourteen settings.
         let shorter = &record[..record.len() - 14 * ENTRY];
         assert_eq!(load(shorter), (settings(), Origin::Stored));
     }

@@ -197,7 +197,7 @@ where
                 has_decayed: pages.iter().any(|page| page.has_decayed),
             });
         };
-        // Damage in an earlier page is not reported, nor in one that was being erased.
+        // Damage in an earlier page, or in one that was being erased, is not reported.
         let is_later = |page: &Page| page.state > best.state;
         let is_best = |page: &Page| page.newest == best.newest;
         let mut pages = pages.iter().filter(|page| is_best(page) || is_later(page));
@@ -367,7 +367,7 @@ where
             for at in data.clone().step_by(CHUNK) {
                 let mut chunk = [0; CHUNK];
                 let length = CHUNK.min((data.end - at) as usize);
-                // The last word is whole: zeros follow the data.
+                // The last word is whole, because zeros follow the data.
                 let words = chunk.get_mut(..length.next_multiple_of(WORD as usize));
                 let words = words.unwrap_or_default();
                 self.flash.read(at, words)?;

@@ -2,7 +2,7 @@
 
 /// Up to eight bytes under an 11-bit identifier.
 ///
-/// Aligned to words, so that a microcontroller copies it by three loads and stores.
+/// The frame is aligned to words, so that a microcontroller copies it by three loads and stores.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(align(4))]
 pub struct CanFrame {

@@ -340,7 +340,7 @@ mod tests {
         let (answers, value) = exchange(&[[0x23, 0x00, 0x20, 0, 1, 2, 3, 4]]);
         assert_eq!(answers, [Some([0x60, 0x00, 0x20, 0, 0, 0, 0, 0])]);
         assert_eq!(value, 0x0403_0201);
-        // Without a size, that of the object applies.
+        // Without a size in the request, the size of the object applies.
         let (answers, value) = exchange(&[[0x22, 0x01, 0x20, 0, 5, 9, 9, 9]]);
         assert_eq!(answers, [Some([0x60, 0x01, 0x20, 0, 0, 0, 0, 0])]);
         assert_eq!(value, 5);

@@ -219,7 +219,8 @@ impl Settings {
         if all.check().is_ok() {
             return (all, refused);
         }
-        // Some are incompatible: sets them one by one, then again, because a setting may become compatible through a later one.
+        // Some are incompatible. So they are set one by one, and then again, because a later one may make an earlier one
+        // compatible.
         let mut settings = Self::default();
         for _ in 0..2 {
             for (address, value) in all.iter() {
@@ -587,7 +588,7 @@ mod tests {
                 assert_eq!(base.clone().set(address, value), Ok(()), "{address:?}");
                 assert_eq!(with_raw(&base, address, value).check(), Ok(()), "{address:?}");
             }
-            // The estimator rejects the next step as well: no looser limit is possible.
+            // The estimator rejects the next step as well, so no looser limit is possible.
             let outside = match (low, high) {
                 (Value::F32(low), Value::F32(high)) => {
                     [Value::F32(low.next_down()), Value::F32(high.next_up())]

@@ -315,8 +315,8 @@ pub enum Concern {
     Learnt,
 }
 
-/// [`Limits`] as an entry stores them. A range has the bits of its ends, whose type is that of the default: 284 entries with
-/// two values each would take 4 KB more of a microcontroller's flash.
+/// [`Limits`] as an entry stores them. A range has the bits of its ends, whose type is that of the default, because 284
+/// entries with two values each would take 4 KB more of a microcontroller's flash.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum StoredLimits {
     Any,

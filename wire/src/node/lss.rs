@@ -55,7 +55,7 @@ impl Lss {
 
     /// Handles a request of the master. A store that it requests is answered by [`answer_to_store`].
     pub(super) fn handle(&mut self, request: &[u8; 8], device: &mut Device) -> Outcome {
-        // Bits 31 to 0, and 0x80 in the first request (CiA 305).
+        // The number of the bit to check is 31 to 0, or 0x80 in the first request (CiA 305).
         if let [LSS_FASTSCAN, _, _, _, _, 0x20..=0x7F | 0x81.., ..] = *request {
             return Outcome::default();
         }
@@ -74,9 +74,9 @@ impl Lss {
                 LSS_CONFIGURE_NODE_ID if device.settings.is_locked() => {
                     return refused(255, 1);
                 }
-                // 1: not supported. The bit rate is a setting (0x2002).
+                // Error 1 means not supported, because the bit rate is a setting (0x2002).
                 LSS_CONFIGURE_BIT_TIMING => return refused(1, 0),
-                // 2: the storage medium cannot be accessed, because another store is pending.
+                // Error 2 means that the storage medium cannot be accessed, because another store is pending.
                 LSS_STORE if device.pending.is_some() => return refused(2, 0),
                 LSS_STORE => return Outcome { reply: None, event: Some(Event::Store) },
                 _ => {}
@@ -104,7 +104,7 @@ impl Lss {
 
 /// Response to the master whose store has ended.
 pub(super) fn answer_to_store(result: Result<(), AbortCode>) -> CanFrame {
-    // 2: the storage medium cannot be accessed.
+    // Error 2 means that the storage medium cannot be accessed.
     let error = if result.is_ok() { 0 } else { 2 };
     CanFrame::of(LSS_SLAVE_COB_ID, [LSS_STORE, error, 0, 0, 0, 0, 0, 0])
 }

@@ -477,7 +477,7 @@ mod tests {
         stream.push(0);
         let (_, drops) = decode(&stream);
         assert_eq!(drops.garbage, 1);
-        // A frame followed by excess bytes is invalid: they are not just ignored.
+        // A frame with excess bytes is invalid. The bytes are not just ignored.
         let mut plain: Vec<u8> = std::vec![VERSION, 0x20, 0, 0, 1];
         plain.resize(MAX_DECODED - 4, b'x');
         plain.extend(CRC.checksum(&plain).to_le_bytes());

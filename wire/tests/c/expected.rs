@@ -36,7 +36,7 @@ impl Line {
         let _ = write!(self.0, " {name}={value}");
     }
 
-    /// Adds a real number by its bits: nothing is rounded.
+    /// Adds a real number by its bits, so that nothing is rounded.
     fn real(&mut self, name: impl Display, value: f32) {
         if value.is_nan() {
             self.value(name, "nan");

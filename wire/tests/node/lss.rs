@@ -38,7 +38,7 @@ fn lss_assigns_the_node_id() {
     let stored = send(&mut node, 0x7E5, &lss::encode_store());
     assert_eq!((stored.reply, stored.event), (None, Some(Event::Store)));
     assert_eq!(node.answer(Ok(())).expect("an answer").data()[..2], [0x17, 0]);
-    // The setting was changed by other means: the id assigned by LSS takes precedence.
+    // The setting was changed by other means, but the id assigned by LSS takes precedence.
     assert!(node.write(setting, &[0x33]).is_ok());
     let again = send(&mut node, 0x7E5, &lss::encode_configure_node_id(0x22));
     assert_eq!(again.event, Some(id_changed));
@@ -90,7 +90,7 @@ fn a_foot_without_an_id_is_found_by_fastscan_and_stays_silent() {
     assert!(master.found());
     assert_eq!(master.address().serial_number, 0xABCD_1234);
     send(&mut node, 0x7E5, &lss::encode_configure_node_id(5));
-    // It boots when the configuration is over, with the stored settings, which do not contain the id.
+    // The node boots when the configuration is over, with the stored settings, which do not contain the id.
     let over = send(&mut node, 0x7E5, &lss::encode_switch_global(false));
     assert_eq!(over.event, Some(Event::ResetCommunication));
     node.set_settings(settings);

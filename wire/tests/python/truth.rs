@@ -131,7 +131,7 @@ prop_compose! {
     pub fn truth()(
         p in prop::array::uniform9(0.0..=1.0_f32),
         (micros, clock, sequence, dropped) in (0..u64::MAX / 2, any::<(u8, u32)>(), any::<u8>(), any::<u32>()),
-        // Mostly without flags: otherwise there are too few valid frames.
+        // Most estimates have no flags, because otherwise there would be too few valid frames.
         flags in prop_oneof![2 => Just(0), 1 => 0..64_u8],
         faults in prop_oneof![2 => Just(0), 1 => any::<u32>()],
         (phase, stable) in (0..5_usize, any::<bool>()),
