@@ -26,7 +26,7 @@ impl Chance {
     /// Creates a generator; a seed of 0 counts as 1.
     #[must_use]
     pub fn new(seed: u64) -> Self {
-        // Small seeds would give small numbers at first.
+        // Multiply, because a small seed would give small numbers at first.
         Self(seed.max(1).wrapping_mul(0x9E37_79B9_7F4A_7C15))
     }
 

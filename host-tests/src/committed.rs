@@ -29,7 +29,8 @@ pub fn assert_current(path: &Path, expected: &str) {
     );
 }
 
-/// Parts of two lines around their first difference: a path in a picture is one line of many thousand characters.
+/// Returns the parts of two lines around their first difference, because a path in a picture is one line of many thousand
+/// characters.
 fn shown(was: &str, is: &str) -> [String; 2] {
     const BEFORE: usize = 40;
     const LONGEST: usize = 300;
@@ -42,7 +43,7 @@ fn shown(was: &str, is: &str) -> [String; 2] {
 /// # Panics
 /// If the content differs, or the file or the block is missing.
 pub fn assert_block(file: &str, name: &str, content: &str) {
-    // Tests of one program run in parallel: only one at a time rewrites a file.
+    // Tests of one program run in parallel, but only one at a time may rewrite a file.
     static REWRITING: Mutex<()> = Mutex::new(());
     let _turn = REWRITING.lock().unwrap_or_else(PoisonError::into_inner);
     let path = workspace().join(file);
@@ -51,8 +52,8 @@ pub fn assert_block(file: &str, name: &str, content: &str) {
     assert_current(&path, &expected.unwrap_or_else(|| panic!("{file} has no block `{name}`")));
 }
 
-/// Checks that the block `report` of a Markdown file has the report of a foot, apart from its numbers and its version: the
-/// numbers of a program and of its costs change with the program.
+/// Checks that the block `report` of a Markdown file has the report of a foot. Numbers and the version may differ, because
+/// the number and the costs of a program change with the program.
 ///
 /// # Panics
 /// As [`assert_block`].

@@ -17,7 +17,7 @@ fn is_worse(name: &str, rmse: f64, documented: f64) -> bool {
     if format!("{rmse:.4}") == format!("{documented:.4}") {
         println!("{drift}");
     } else {
-        // Written past the harness, which captures the output of a passing test.
+        // Bypasses the test harness, which captures the output of a passing test.
         let _ = writeln!(io::stderr(), "RMSE of {drift}, {:+.4}", rmse - documented);
     }
     rmse > documented * (1.0 + LOSS)
@@ -25,7 +25,7 @@ fn is_worse(name: &str, rmse: f64, documented: f64) -> bool {
 
 #[test]
 fn default_preset_loses_at_most_5_percent_on_each_set() {
-    // Sets that are there are judged before missing ones are reported.
+    // The available sets are scored before missing sets are reported.
     let (there, missing): (Vec<Set>, Vec<Set>) =
         Set::ALL.iter().partition(|set| set.missing_files().is_empty());
     let mut worse = Vec::new();

@@ -29,8 +29,8 @@ fn single(vector: Vector) -> Vec3 {
     Vec3::new(x, y, z)
 }
 
-/// An accelerometer without bias: a bias tilts the measured gravity, which no filter can detect and only
-/// calibration removes. The gyroscope keeps its bias.
+/// A sensor whose accelerometer has no bias, because a bias tilts the measured gravity, which no filter can detect and
+/// only a calibration removes. The gyroscope keeps its bias.
 const CALIBRATED: SensorParams = SensorParams {
     accelerometer: AxisErrors { bias_limit: 0.0, drift_limit: 0.0 },
     ..SensorParams::LSM6DSOX
@@ -38,7 +38,8 @@ const CALIBRATED: SensorParams = SensorParams {
 
 #[test]
 fn no_gait_tilts_the_estimate_far() {
-    // A run lands beyond ±16 g and rests too briefly to settle: motion hidden by clipping is lost.
+    // The limit of a run is larger, because its landings exceed ±16 g, so that clipping hides a part of the motion, and
+    // its rests are too short to correct the error.
     for (gait, limit) in [(GaitName::Walk, 0.5), (GaitName::Trot, 0.8), (GaitName::Run, 1.5)] {
         let plan = Plan::steady(gait, Ground::Hard, 60.0, 7);
         let simulation = simulate(&plan, &CALIBRATED, 7);
@@ -94,7 +95,7 @@ proptest! {
 
     #[test]
     fn the_result_does_not_depend_on_the_sample_rate(seed in 0_u64..1_000) {
-        // Soft landings: no rate resolves an impact between two samples.
+        // Landings are soft, because no sample rate resolves an impact between two samples.
         let seconds = 10.0;
         let motion = Track::new(&Plan::steady(GaitName::Walk, Ground::Soft, seconds, seed));
         let reference = orientations_at(&motion, 4000.0, seconds);

@@ -80,8 +80,8 @@ fn inclination_keeps_its_bounds_on_broad() {
     assert!(mean(&errors) <= MEAN_DEG, "{errors:?}");
     assert!(errors.iter().all(|error| *error <= WORST_DEG), "{errors:?}");
 
-    // The time at which the gyroscope measured has the largest effect: a rate that counts only for its own sample is
-    // late by half a period.
+    // Of all settings, the time at which the gyroscope measures has the largest effect. With a delay of 0, rates are late
+    // by half a period.
     let late = AttitudeParams { gyro_timing: GyroTiming::Delay(0.0), ..AttitudeParams::DEFAULT };
     assert!(mean(&errors_deg(&trials, late)) > mean(&errors) + 0.1);
 }

@@ -50,7 +50,7 @@ fn with_step(walk: &Recording, bias: Vec3) -> Recording {
 /// Shares of samples with P > 0.5 after a time, s: among the stable samples, and among the others.
 fn found_from(recording: &Recording, from_s: f64) -> (f64, f64) {
     let estimates = estimates_of(recording, &AnyParams::DEFAULT).expect("the preset");
-    // Found and all samples, of a stance and others.
+    // Numbers of found samples and of all samples: among the stable samples, and among the others.
     let mut counts = [(0_u32, 0_u32); 2];
     for (sample, estimate) in recording.samples.iter().zip(&estimates) {
         let Some(label) = sample.label.filter(|_| sample.time_s() > from_s) else {

@@ -81,7 +81,8 @@ fn only_stances_on_grease_are_improbable() {
         let (_, learnt) =
             estimates_and_learnt(&firm, &AnyParams::DEFAULT, || ()).expect("a preset");
         let warm = Params { learnt: Some(learnt), ..Params::DEFAULT }.into();
-        // A foot that has stood is proven, and its second stance slides so little that P reaches 0.763.
+        // After a minute of standing, the estimator has evidence that the foot stands. The second stance then slides so
+        // little that P reaches 0.763.
         for (walk, params, most) in [
             (&recording, AnyParams::PAPER_GO1, 0.6),
             (&recording, AnyParams::DEFAULT, 0.6),

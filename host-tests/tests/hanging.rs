@@ -363,8 +363,8 @@ fn motion_with_gaps_is_seldom_stable() {
     }
 }
 
-/// A step of 0.8 s each two seconds, with a peak of 1.2 m/s², 0.3 m/s and 0.8 rad/s: a stance of a faster walk shakes as
-/// much.
+/// Returns the motion of one step of 0.8 s in every two seconds, with peaks of 1.2 m/s², 0.3 m/s and 0.8 rad/s. A stance of
+/// a faster walk shakes as much.
 fn slow_step(t: f64) -> Motion {
     const SWING: f64 = 0.8;
     const PEAK: f64 = 1.2;

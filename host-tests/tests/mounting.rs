@@ -13,7 +13,7 @@ use samples::mounting::{parse_axes, rotation, then};
 use samples::space::Vector;
 use tables::output::write_recording;
 
-/// Half-widths judge axis by axis: a missing mounting shows at once.
+/// Parameters with half-widths, which judge each axis separately, so that a missing mounting changes the estimate.
 const HALF_WIDTHS: AnyParams = AnyParams { method: Method::HalfWidths, ..AnyParams::DEFAULT };
 
 fn walk() -> Recording {

@@ -30,7 +30,7 @@ const WALKS: [Walk; 2] = [
     Walk { file: "slip.csv", ground: Ground::Greased, rmse: 0.2283 },
 ];
 
-/// In both directions: an unintended gain needs an explanation, too.
+/// Largest change of the RMSE in either direction, because an unintended gain needs an explanation, too.
 const RMSE_TOLERANCE: f64 = 0.001;
 
 fn simulation(ground: Ground) -> Simulation {

@@ -88,8 +88,8 @@ fn invalid_samples_have_probability_zero_in_every_frame() {
     }
 }
 
-/// Maximum increase of the RMSE by gaps of some seconds in every two: samples lost by a radio. The longer ones hide a whole
-/// stance or swing.
+/// Gap in every two seconds, s, as of samples lost by a radio, and maximum increase of the RMSE by such gaps. The longer
+/// gaps hide a whole stance or swing.
 const GAP_COSTS: [(f64, f64); 4] = [(0.06, 0.06), (0.15, 0.09), (0.4, 0.09), (0.7, 0.09)];
 
 #[test]
@@ -217,7 +217,8 @@ fn a_residual_of_removed_gravity_is_found() {
     };
     let ground = recordings.into_iter().find(|file| file.set == Set::Ground);
     let ground = ground.expect("a set that is averaged").recording;
-    // In the first stances the foot takes the effect of the bias for its usual speed.
+    // The limit is high, because in the first stances the estimator takes the effect of the bias for the usual speed of the
+    // foot.
     assert_rmse(&with_force_bias(&ground, Vec3::new(0.1, 0.1, 0.1)), 0.47);
 }
 

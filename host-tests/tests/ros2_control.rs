@@ -155,7 +155,7 @@ fn hardware_component_exports_the_feet_of_both_kinds_of_lines() {
 
     let mut script = Script::default();
     script.line("read 1.0");
-    // The end of a frame whose start is not there.
+    // The end of a frame whose start was not received.
     script.line("serial FL 123456");
     script.serial("FL", &contact(&stance));
     script.serial("FL", &Message::Raw(raw));
@@ -179,7 +179,7 @@ fn hardware_component_exports_the_feet_of_both_kinds_of_lines() {
     script.line("read 1.22");
     script.can(Pdo::Contact, Foot::RearLeft, &on_bus(&stance));
     script.line("read 1.23");
-    // The clock is set back. The foot counts again from its next contact on.
+    // After the clock is set back, the foot is valid again from its next contact on.
     script.line("read 0.2");
     script.can(Pdo::Contact, Foot::RearLeft, &on_bus(&stance));
     script.line("read 0.21");

@@ -1,5 +1,5 @@
-//! Settings: the defaults are those of the sensor, and no setting that a member of the bus can write to a walking foot hides
-//! its swings.
+//! Tests of settings. The default bandwidths match the sensor's noise, and no setting that another node of the bus can
+//! write to a walking foot hides its swings.
 
 use config::default_params;
 use estimator_core::any::{AnyParams, Method};

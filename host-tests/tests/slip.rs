@@ -20,12 +20,12 @@ const STANCE_LATENCY: f64 = 0.060;
 const DISTANCE: f64 = 5.0e-3;
 /// Limit of the false slips per thousand good stances.
 const FALSE_PER_THOUSAND: f64 = 1.0;
-/// Limit of the share of slips that are missed: most are slower than what a false idea of up leaves.
+/// Limit of the share of slips that are missed. Most of these are slower than the speed that a wrong estimate of up adds.
 const MISSED: f64 = 0.115;
 /// Share of the slips that may begin before the stance has been called stable.
 const LEFT_OUT: f64 = 0.005;
-/// Limit for a run, where stances last a tenth of a second. Its landings saturate the sensor, so the inclination
-/// lacks these samples and the samples after them.
+/// Limit of the false slips per thousand good stances of a run, whose stances last a tenth of a second. Its landings
+/// saturate the sensor, so the inclination lacks these samples and the samples after them.
 const FALSE_PER_THOUSAND_RUNNING: f64 = 9.0;
 
 /// Scores of walks, which are simulated on all cores, in their order.
@@ -71,7 +71,8 @@ fn slips_are_found_soon_without_false_slips() {
         "{}",
         running.false_per_thousand()
     );
-    // A slip in a stance that was not called stable yet misleads no consumer. Such slips are rare.
+    // Slips in stances that were not called stable yet are not scored, because they mislead no consumer. They must be
+    // rare.
     let left_out = default.not_ready as f64 / (default.not_ready + default.slips.len()) as f64;
     assert!(left_out <= LEFT_OUT, "{left_out}");
     let (missed, slips) = (default.missed(), default.slips.len());

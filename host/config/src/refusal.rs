@@ -242,8 +242,8 @@ impl Origins<'_> {
     }
 
     fn in_file(&self, key: &str) -> String {
-        // A pair of thresholds may have one value in the file and one in the preset. The preset's key gets the
-        // position of the table.
+        // One of a pair of thresholds may be in the file and the other in the preset. A key of the preset gets the position
+        // of its table.
         let (table, _) = key.rsplit_once('.').unwrap_or_default();
         let position = Position::of_key(self.text, key);
         let position = position.or_else(|| Position::of_key(self.text, table));

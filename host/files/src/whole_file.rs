@@ -22,8 +22,8 @@ pub struct WholeFile {
 }
 
 impl WholeFile {
-    /// Starts a file in an existing folder. A file of that name stays until the new one is finished, which gets its
-    /// permissions.
+    /// Starts a file in an existing folder. An older file of that name stays until the new file is finished. The new file
+    /// gets the permissions of the older one.
     ///
     /// # Errors
     /// An error of the operating system.
@@ -33,7 +33,7 @@ impl WholeFile {
         let before = match File::options().append(true).open(&path) {
             Ok(before) => Some(before.metadata()?.permissions()),
             Err(error) if error.kind() == io::ErrorKind::NotFound => None,
-            // A write-protected file would be replaced all the same.
+            // Without this check, a write-protected file would be replaced, because a rename ignores its permissions.
             Err(error) => return Err(error),
         };
         let unfinished = Unfinished::new(&path);
@@ -64,7 +64,8 @@ impl WholeFile {
         match part.persist_noclobber(&self.path) {
             Ok(()) => Ok(()),
             Err(failed) if failed.error.kind() == io::ErrorKind::AlreadyExists => Err(failed.error),
-            // The file system has neither an exclusive rename nor links. A file that appears just now is replaced.
+            // Otherwise the file system has neither an exclusive rename nor links, so a file that appears right after this
+            // check is replaced.
             Err(failed) if self.path.exists() => Err(failed.error),
             Err(failed) => fs::rename(&failed.path, &self.path),
         }
@@ -86,7 +87,7 @@ struct Unfinished(PathBuf);
 
 /// Removes a file, or a folder with its content.
 fn remove(path: &Path) {
-    // After success nothing has this name. After a failure the first error counts, not the error of the removal.
+    // An error is ignored. After success nothing has this name, and after a failure the first error is reported.
     let _ = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
 }
 

@@ -62,7 +62,7 @@ fn rows(table: &str) -> Vec<(i64, String)> {
     let column = column.expect("times");
     let row = |line: &str| {
         let mut cells: Vec<&str> = line.split(',').collect();
-        // The name of a foot includes the name of its file.
+        // The name of a foot includes the name of its file, which differs between the tables.
         if header.starts_with("foot,") {
             cells[0] = cells[0].rsplit(' ').next().expect("a name");
         }

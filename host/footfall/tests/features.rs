@@ -41,7 +41,7 @@ fn missing_feature_error_names_the_build_command() {
         let error = bench.error(arguments);
         let named = format!("needs the feature {feature}, ");
         assert!(error.contains(&named), "{arguments}: {error}");
-        // With the built features, which an installation without their names would take away.
+        // The command must name the built features, too, because an installation without them would remove them.
         let features =
             Feature::ALL.into_iter().filter(|other| *other == feature || other.is_built());
         let features = features.map(|feature| feature.to_string()).collect::<Vec<_>>().join(",");

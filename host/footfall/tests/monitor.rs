@@ -53,7 +53,7 @@ fn json_output_has_one_object_per_line() {
         .map(|line| serde_json::from_str(line).unwrap_or_else(|error| panic!("{error}: {line}")))
         .collect();
     let feet: Vec<_> = objects.iter().filter(|o| o["p_stable"].is_number()).collect();
-    // One object per foot at the end, and before it one per second on the clock of this machine.
+    // Each foot has one object at the end, and before that one per second on the clock of this machine.
     let [.., left, right] = feet.as_slice() else {
         panic!("{lines}");
     };

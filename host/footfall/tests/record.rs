@@ -122,7 +122,7 @@ fn feet_of_several_sources_are_one_robot() {
     }
     // One message for each millisecond in which all four have a contact.
     assert!(count(&report, "/footfall/stance") > 2800, "{report}");
-    // No foot without a name, before its health message gives it one.
+    // No contact was recorded under a foot without a name, although its name comes only with a health message.
     assert_eq!(report.lines().filter(|line| line.ends_with("/contact")).count(), 4, "{report}");
 }
 

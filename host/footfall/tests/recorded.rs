@@ -307,7 +307,7 @@ fn copy_makes_a_cut_recording_whole() {
         fs::write(bench.path("cut.mcap"), &whole[..length]).expect("a file");
         let output = bench.run("replay cut.mcap --output copy.mcap --overwrite");
         if !output.status.success() {
-            // No chunk is whole: there is nothing to rescue.
+            // If no chunk is complete, there is nothing to rescue.
             assert_eq!(most, 0, "{length}: {output:?}");
             continue;
         }

@@ -51,8 +51,8 @@ fn contents_of_tables_are_rejected_with_their_place() {
     );
 }
 
-/// Steps of the times of a foot at rest, or `standing`, with the options of a replay and the error. A slow sensor is not
-/// taken for one with times in milliseconds.
+/// Steps of the times of a foot at rest, or `standing`, with the options of a replay and the error. A slow sensor must not
+/// be mistaken for a sensor with times in milliseconds.
 const RATES: &str = r#"
     standing --sample-rate 1e-30 => x.csv: column t gives 1000.00 Hz, but the given sample rate is 1e-30 Hz
     1 --sample-rate 1000 => x.csv: column t gives 1.00 Hz, but the given sample rate is 1000 Hz; column t looks like milliseconds, but is read in s: --time-unit ms

@@ -17,7 +17,7 @@ pub const LOAD_OVER_CAN: Value = Value::U8(2);
 /// Period of SYNCs and of load reports, ms.
 const PERIOD_MS: u64 = 10;
 
-/// Returns the places of a robot's feet, 1 to [`MOST_FEET`]; two are those of a biped.
+/// Returns the places of a robot's feet, 1 to [`MOST_FEET`]. A robot with two feet is a biped.
 #[must_use]
 pub fn feet(count: usize) -> &'static [Foot] {
     match count {

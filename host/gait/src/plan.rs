@@ -456,8 +456,7 @@ impl Style {
     }
 }
 
-/// A rubber foot on a floor: at walking and trotting speeds the deceleration peaks at 9 g to
-/// 25 g.
+/// Draws a touch-down of a rubber foot on a floor. At walking and trotting speeds its deceleration peaks at 9 g to 25 g.
 fn hard_landing(speed: f64, random: &mut SeededRandom) -> TouchDown {
     TouchDown {
         speed: speed * random.uniform(0.85..1.15),
@@ -487,8 +486,8 @@ fn spring(frequency: Range<f64>, damping: Range<f64>, random: &mut SeededRandom)
     Spring { frequency: random.uniform(frequency), damping: random.uniform(damping) }
 }
 
-/// A slide over the given time after touch-down: backwards, as a foot that pushes off loses its grip, at a top
-/// speed of 0.2 m/s to 0.5 m/s.
+/// Draws a slide over the given time after touch-down. It is backwards, as when a foot that pushes off loses its grip,
+/// with a top speed of 0.2 m/s to 0.5 m/s.
 fn slip(when: Range<f64>, random: &mut SeededRandom) -> Slip {
     let duration = when.end - when.start;
     Slip {
@@ -510,8 +509,8 @@ fn round(random: &mut SeededRandom) -> Vec<PlannedStep> {
         .flat_map(|ground| [ground; 3])
         .map(|ground| Style::WALK.step(ground, random))
         .collect();
-    // The patch shows three ways to slip, by shares of the stance: from a good stance and
-    // caught again, twice, and from the landing until the foot is lifted.
+    // Times of the slips on the patch, as shares of the stance: one slip from a good stance that is caught again, two
+    // such slips, and a slip from the landing until the foot is lifted.
     let ways: [&[Range<f64>]; 3] = [&[0.42..0.78], &[0.15..0.45, 0.60..0.85], &[0.10..1.0]];
     for (step, ways) in steps[3..6].iter_mut().zip(ways) {
         let share = |way: &Range<f64>| way.start * step.stance..way.end * step.stance;

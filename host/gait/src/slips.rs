@@ -16,9 +16,9 @@ pub struct SlipProfile {
     pub chatter: f64,
     /// Direction of the slide, counter-clockwise from forward, quarter turns.
     pub heading: u8,
-    /// Factor of the standing foot's vibration that the gait has, of its frequency as of its acceleration: at the usual
-    /// frequency, three times the acceleration would move the foot faster than
-    /// [`SPEED_LIMIT`](crate::label::SPEED_LIMIT), which is not a good stance.
+    /// Factor of both the frequency and the acceleration of the vibration that the standing foot has in the gait. If only
+    /// the acceleration were three times as large, the foot would move faster than
+    /// [`SPEED_LIMIT`](crate::label::SPEED_LIMIT), and its stance would not be good.
     pub vibration: f64,
 }
 

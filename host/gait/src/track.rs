@@ -254,7 +254,7 @@ const STANDING_LOAD: f64 = 29.4;
 /// Share of a ripple's amplitude that one period reaches under its envelope.
 const ONE_PERIOD_PEAK: f64 = 0.56;
 
-/// Share of stick-slip that acts vertically: the contact force dips whenever the foot lets go.
+/// Share of stick-slip that acts vertically, because the contact force dips whenever the foot lets go.
 const VERTICAL_CHATTER: f64 = 1.0 / 3.0;
 
 /// Stands still at the origin and level, from time 0 until the step `next` begins at `until` in s.
@@ -288,8 +288,8 @@ fn stride(
     [peel, swing, stance(step, touch_down, &landed, next)]
 }
 
-/// Decrease of the load before the lift-off of the step `next`, whose peel begins at `peel_start`. Much of the load is
-/// gone before the foot moves.
+/// Returns the decrease of the load before the lift-off of the step `next`, whose peel begins at `peel_start`. Much of the
+/// load is gone before the foot moves.
 fn unloading(peel_start: f64, next: Option<&PlannedStep>) -> Transition {
     next.map_or(Transition::NEVER, |next| Transition {
         start: peel_start + next.peel - next.load_change,

@@ -210,8 +210,8 @@ impl FromStr for Units {
 /// Rate, Hz, from which times in ms are plausible for a foot. Below it, another unit may be meant.
 const USUAL_RATE: f64 = 50.0;
 
-/// Largest rate in ms or in ticks, Hz, from which times in s are suspected to be in these units. A slow sensor is not taken
-/// for one whose times are in another unit.
+/// Largest rate in ms or in ticks, Hz, at which times read in s are suspected to be in these units. At larger rates, the
+/// sensor may just be slow.
 const FASTEST: f64 = 2.002e3;
 
 samples::named! {

@@ -32,11 +32,11 @@ pub(crate) fn check_gravity(rest: &Rest, gravity: Gravity) -> Option<Finding> {
     }
 }
 
-/// Share of gravity along an axis from which that axis is up: 30° from it. A shank stands at a larger angle, and another
-/// mounting would not change its estimate.
+/// Share of gravity along an axis from which that axis is up: the axis is within 30° of the vertical. A sensor on a shank
+/// may stand at a larger angle, where another mounting would not change its estimate.
 const UP: f32 = 0.866;
 
-/// The axis that is up, if it is not z; the accelerometer of a still sensor reads upwards. `None` for a slanted sensor.
+/// Returns the axis that is up, if it is not z; `None` for a slanted sensor. At rest the accelerometer reads upwards.
 pub(crate) fn check_up(mean: Vec3) -> Option<&'static str> {
     let Vec3 { x, y, z } = mean;
     if z > size(mean) * std::f32::consts::FRAC_1_SQRT_2 {

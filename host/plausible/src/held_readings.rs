@@ -4,7 +4,7 @@ use samples::RecordedSample;
 
 use crate::finding::Finding;
 
-/// Share of repeated readings from which they are held. It lies between the share of the GO1, whose IMU was read
+/// Share of repeated readings from which readings count as held. It lies between the share of the GO1, whose IMU was read
 /// at 70 Hz and held to 250 Hz, and the shares of all other recordings (`host-tests/tests/go1.rs`).
 const HELD_SHARE: f64 = 0.25;
 
@@ -32,7 +32,7 @@ impl HeldCheck {
             }
             self.run = 0;
         } else if reading.iter().any(|axis| *axis != 0.0) {
-            // A simulated foot without gravity reads zeros at perfect rest; they are real readings.
+            // Repeated zeros do not count, because a simulated foot without gravity reads zeros at perfect rest.
             self.run += 1;
         }
     }

@@ -173,7 +173,7 @@ impl Check {
         }
         let found = check_gravity(rest, self.gravity);
         let is_of_axes = matches!(found, None | Some(Finding::GravityNotAlongZ { .. }));
-        // Axes cannot be judged by rates in another unit.
+        // Axes are not judged if the rates are in another unit, because the judgement integrates them.
         let is_unit_right = self.rates.finding().is_none();
         if !is_of_axes || self.gravity != Gravity::Included || !is_unit_right {
             return found;
@@ -182,7 +182,7 @@ impl Check {
             Some(Axes::Mirrored) => {
                 Some(Finding::LeftHanded { up: check_up(rest.mean).unwrap_or("z") })
             }
-            // Their mounting is judged after the axes agree.
+            // This replaces a finding about the mounting, which can be judged only once the axes agree.
             Some(Axes::Different(way)) => Some(Finding::DifferentAxes { gyroscope: Some(way) }),
             None => found,
         }

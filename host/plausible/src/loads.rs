@@ -34,7 +34,7 @@ const OFF: f32 = 0.15;
 #[derive(Default)]
 pub(crate) struct LoadCheck {
     kept: Vec<f32>,
-    /// One load in this many is kept, less one.
+    /// Number of loads that are skipped after each load that is kept.
     skipped: usize,
     left: usize,
 }

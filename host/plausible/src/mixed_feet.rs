@@ -71,7 +71,7 @@ impl MixedFeetCheck {
         let share = |window: &Window| f64::from(window.mixed) / f64::from(window.of.max(1));
         let are_mixed =
             |window: &Window| window.mixed >= LEAST_WINDOWS && share(window) >= LEAST_SHARE;
-        // Windows of another number of feet are mixed, too, but fewer of them.
+        // Windows for a wrong number of feet may look mixed, too, but fewer of them, so the largest share wins.
         let counted = self.windows.iter().zip(FEET).filter(|(window, _)| are_mixed(window));
         let (_, feet) =
             counted.max_by(|(one, _), (other, _)| share(one).total_cmp(&share(other)))?;
@@ -87,7 +87,7 @@ impl Window {
         if self.place < feet * OF_EACH {
             return;
         }
-        // A foot that starts or stops swinging moves in one half alone.
+        // Both halves must look mixed, because a single foot that starts or stops swinging moves in only one half.
         let stand_and_swing = |series: &[Series; 4]| {
             let deviations = series[..feet].iter().map(Series::deviation);
             let (least, most) = deviations

@@ -167,8 +167,8 @@ impl Opened {
             && matches!(input_options.table.times, Times::Auto | Times::Keep)
     }
 
-    /// Reads a table while it is written: passes each sample on as soon as its row is complete, and returns the notices
-    /// about the table at its end.
+    /// Reads a table while another program writes it. Passes each sample on as soon as its row is complete. At the end of
+    /// the table, returns the notices about it.
     ///
     /// # Errors
     /// The errors of [`Self::store_all`], or the error of `each`.

@@ -437,7 +437,7 @@ mod tests {
         assert_eq!(axes(&[[0.5, 0.0, 9.8]], "x,-z,y"), found("x,-z,y"));
         assert_eq!(axes(&[], "x,-z,y"), found("x,-z,y"));
         assert_eq!(axes(&[], "x,y,z"), None);
-        // The samples were already turned, so the result is added to that mounting.
+        // The samples were already turned, so the result combines that mounting with the further turn.
         assert_eq!(axes(&[[0.0, 0.0, -9.8]], "x,-z,y"), found("x,z,-y"));
         assert_eq!(axes(&[[0.0, 0.0, -9.8]], "x,-y,-z"), None);
     }

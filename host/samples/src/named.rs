@@ -4,8 +4,8 @@
 /// `name` returns the name of one, `of_name` the variant with a name; `Display` writes the name. With `or` and a
 /// function that makes the error from the text, `FromStr` reads it.
 ///
-/// `strum` would take more than it gives: four derives at each enum and an attribute at each of some hundred variants
-/// instead of `= "csv"`, and a procedural macro to compile.
+/// `strum` would need four derives at each enum, an attribute instead of `= "csv"` at each of some hundred variants, and a
+/// procedural macro to compile.
 #[macro_export]
 macro_rules! named {
     ($(#[$of_enum:meta])* $visibility:vis enum $enum:ident {

@@ -13,7 +13,7 @@ use crate::error::{InputError, Problem};
 /// wrong by some per cent; a rate in another unit is far outside.
 const RATE_TOLERANCE: f64 = 0.1;
 
-/// [`RATE_TOLERANCE`] where times scatter. A true rate lies within it, whereas a rate in another unit is far outside.
+/// [`RATE_TOLERANCE`] for times that scatter. A true rate lies within it, whereas a rate in another unit is far outside.
 const SCATTERED_TOLERANCE: f64 = 0.2;
 
 /// Share of steps shorter than half the usual step from which times scatter, because they are times of arrival.
@@ -106,7 +106,7 @@ pub fn unit_of_step(step: f64) -> Option<TimeUnit> {
     TimeUnit::COMMON.into_iter().skip(1).find(is_plausible)
 }
 
-/// Contradiction of a given rate to the rate of the times, with the unit in which they agree.
+/// Returns the problem that a given rate contradicts the rate of the times, with the unit in which both would agree.
 fn conflict(measured: f64, given: f32, tolerance: f64) -> Problem {
     let mut units = TimeUnit::ALL.into_iter().skip(1);
     let meant = units.find(|unit| agree(unit.per_second() * measured, given, tolerance));
@@ -243,7 +243,7 @@ pub fn mean_rate(times_us: &[i64]) -> Option<f64> {
     let mut is_after_jump = false;
     for step in steps() {
         let size = step.unsigned_abs();
-        // Rows that arrive at once after a jump were delayed. The jump is as long as they took.
+        // Rows that arrive at once after a jump were taken during the jump, so they are excluded with it.
         is_after_jump = size > jump || (is_after_jump && size < usual / 4);
         if !is_after_jump {
             span += step;
@@ -398,7 +398,7 @@ mod tests {
         // A single row far ahead is left out, not all rows up to its time.
         assert_eq!(kept(&[0, 1, 900, 2, 3, 4]), [0, 1, 2, 3, 4]);
         assert_eq!(kept(&[5, 6, 7, 0, 8, 9]), [5, 6, 7, 8, 9]);
-        // A clock that restarts keeps its longer part.
+        // If the clock restarts, the longer part of the rows is kept.
         assert_eq!(kept(&[8, 9, 0, 1, 2]), [0, 1, 2]);
     }
 

@@ -338,8 +338,8 @@ impl Rows {
                         Timestamp::from_micros(time_us.max(0).cast_unsigned())
                     })
                 }
-                // All times must be known first. Until then the sample keeps its clock, and `TimedSamples` replaces it
-                // by the time since the first row.
+                // These treatments need the times of all rows. Until then the sample has the time of the clock, which
+                // `TimedSamples` replaces by the time since the first row.
                 Times::DropBad | Times::Smooth | Times::Rate => {
                     self.unordered_us.push(now_us);
                     Timestamp::from_micros(now_us.cast_unsigned())

@@ -507,7 +507,7 @@ impl Columns {
         if missing.is_empty() {
             return Ok(columns);
         }
-        // The whole file is one row then. Carriage returns at its end were trimmed.
+        // If lines end in a carriage return alone, the whole file is one row. Those at the ends of the row were trimmed.
         let is_one_row = header.cells().any(|name| name.contains('\r'));
         let line_ends = is_one_row.then_some(Hint::LineEnds);
         let hint = line_ends.or_else(|| columns.slip());
@@ -692,11 +692,11 @@ fn unit_since_1970(value: f64) -> TimeUnit {
     units.into_iter().find(is_unit).unwrap_or_default()
 }
 
-/// Time from which a count of an unknown unit is in ns: in µs it would be more than 46 days.
+/// Time from which a count of an unknown unit is assumed to be in ns, because in µs it would be more than 46 days.
 const LEAST_NANOSECONDS: f64 = 4.0e12;
 
-/// Returns the unit of a time that would be too far from zero in s. `step_us` is the usual step between rows, µs, if the
-/// times were in s. It determines the unit; without a step, very large times are in ns.
+/// Returns the unit of a time that would be too far from zero in s. The unit follows from `step_us`, the usual step between
+/// rows if the times were in s, µs. Without a step, very large times are in ns.
 fn unit_of_long_time(value: f64, step_us: Option<u64>) -> Option<TimeUnit> {
     if value.abs() > MAX_TIME_S * TimeUnit::Nanoseconds.per_second() {
         return None;

@@ -38,7 +38,7 @@ pub enum FootColumn {
 pub struct Candidate {
     /// Index of the column.
     pub index: usize,
-    /// Name in the newest row; `None` before the first. Unless the table is a stream, it is that of all rows so far.
+    /// Name in the newest row; `None` before the first. In a table that is not a stream, all rows so far have this name.
     pub name: Option<String>,
     /// Names in the first rows of a stream, whose later rows cannot be looked at.
     names: Vec<String>,

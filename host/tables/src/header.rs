@@ -65,7 +65,7 @@ fn has_header(table: &mut Table) -> Result<bool, InputError> {
     };
     let is_word = |cell: &str| !cell.is_empty() && cell.parse::<f64>().is_err();
     let words = first.cells().filter(|cell| is_word(cell)).count();
-    // The index column of pandas has no name.
+    // One cell may be blank, because the index column of pandas has no name.
     let are_words = words >= LEAST_WORDS && words + 1 >= first.len();
     Ok(are_words || ros2_header(first).is_some())
 }

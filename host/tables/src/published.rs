@@ -14,9 +14,9 @@
 //! the last two count as not stable.
 //!
 //! # GO1
-//! A real GO1, recorded by the authors of the method. No header; columns
-//! `Fz ax ay az wx wy wz`, raw force, g, °/s, gravity included. The IMU was read at about 70 Hz
-//! and its values repeated to nominally 250 Hz; repeats count as samples, as in the paper.
+//! A real GO1, recorded by the authors of the method. The files have no header and the columns
+//! `Fz ax ay az wx wy wz`: raw force, accelerations in g with gravity, rates in °/s. The IMU was read at about 70 Hz,
+//! and its values were repeated to nominally 250 Hz; repeats count as samples, as in the paper.
 //!
 //! Force and IMU come from two logs that were joined column by column: row *n* of one is not related to row *n* of the
 //! other. The force log is longer, so the last rows have only a force. Both logs show the same trot, which gives their

@@ -436,9 +436,9 @@ impl Head {
     }
 }
 
-/// Blanks the lines above the header, so that line numbers are kept: lines that loggers write about themselves
-/// without a comment mark. The first of them is neither a row of numbers nor a header, and a header follows soon.
-/// Returns their number.
+/// Blanks the lines that some loggers write above the header without a comment mark, and returns their number. Line
+/// numbers are kept. There are such lines if the first line is neither a row of numbers nor a header, and a header
+/// follows soon.
 fn pass_over_preamble(bytes: &mut Vec<u8>, source: &mut dyn Read) -> io::Result<usize> {
     let first = lines(bytes).find(Line::is_row);
     if first.is_none_or(|line| line.may_begin_a_table()) {
