@@ -29,9 +29,9 @@
 //! comes by chance once in *n*⁵ blocks. An axis whose runs of 510 samples end by themselves is not judged.
 //!
 //! At a start no run has ended yet, so the first runs of such a part could be taken for frozen. With 0.3 codes of noise,
-//! this would happen in one start of a hundred. Therefore an axis that changes in less than a third of the samples is judged only after
-//! [`PROVEN`](FrozenDetector::PROVEN) samples. At 0.3 codes unit tests see no false alarm in an hour of rest, nor in 500
-//! starts. Below 0.25 codes a run can still be so long that it is taken for frozen.
+//! this would happen in one start of a hundred. Therefore an axis that changes in less than a third of the samples is
+//! judged only after [`PROVEN`](FrozenDetector::PROVEN) samples. At 0.3 codes unit tests see no false alarm in an hour of
+//! rest, nor in 500 starts. Below 0.25 codes a run can still be so long that it is taken for frozen.
 
 use crate::sample::RawSample;
 

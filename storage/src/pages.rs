@@ -212,7 +212,7 @@ where
         let (base, end) = (self.base(page), self.base(page + 1) - WORD);
         let [first] = self.read(base)?;
         let [last] = self.read(end + WORD - 1)?;
-        // From the mark, which is the start of the first item.
+        // The search begins at the mark, which is the start of the first item.
         let mut at = base;
         let mut found = Page {
             state: match (is_marked(first), is_marked(last)) {

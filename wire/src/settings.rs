@@ -827,7 +827,7 @@ mod tests {
         assert_eq!(set_mounting(&mut settings, 1, Value::U16(0)), Ok(()));
         let turned = MountingParams::Rotation(Quaternion { w: 0.8, x: 0.0, y: -0.6, z: 0.0 });
         assert_eq!(settings.mounting().params(), turned);
-        // From now on its components must be compatible.
+        // From now on the components of the quaternion must be compatible.
         let before = settings.clone();
         for (wrong, code) in [
             (0.7, AbortCode::Incompatible),

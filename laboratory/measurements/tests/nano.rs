@@ -374,8 +374,8 @@ fn nano_starts_from_both_kinds_of_flash() {
     }
 }
 
-/// As in a family of IS25LP chips, whose identifiers of 16 bytes differ only in their second half. An AT25SF128A has eight
-/// bytes, and nothing that follows them becomes part of the serial number.
+/// The flash chips are like a family of IS25LP, whose identifiers of 16 bytes differ only in their second half. An
+/// AT25SF128A has eight bytes, and nothing that follows them becomes part of the serial number.
 #[test]
 #[ignore = "full: an emulator of the chip"]
 fn nanos_with_equal_first_halves_of_their_ids_are_two_feet() {
@@ -479,7 +479,7 @@ fn nano_stays_out_of_its_loader_at_resets_of_others() {
     assert!(!run.is_in_loader());
 }
 
-/// The host sets the port to a rate, and closes it: at 1.5 s, when the board streams or no longer does.
+/// The host sets the port to a rate, and closes it at 1.5 s, when the board streams or no longer does.
 #[test]
 #[ignore = "full: an emulator of the chip"]
 fn nano_starts_its_loader_when_its_port_closes_at_1200_baud() {
@@ -513,7 +513,7 @@ fn nano_starts_its_loader_when_its_port_closes_at_1200_baud() {
 #[ignore = "full: an emulator of the chip"]
 fn nano_restarts_after_a_crash_before_its_watchdog_runs() {
     let folder = TempDir::new().expect("a folder");
-    // In the start of the clocks, behind the copy to RAM.
+    // The crash comes in the start of the clocks, after the copy to RAM.
     let run = board(&folder, 2, &["--motion", "stand", "--crash-at-ms", "365"]);
     assert_eq!(run.summary["resets"][0]["reason"], "watchdog forced", "{}", run.summary);
     assert!(run.contacts().count() > 100);
@@ -682,7 +682,7 @@ fn nano_streams_each_time_its_port_is_opened() {
     boards.end();
 }
 
-/// After a time in which the whole stack has been searched.
+/// The report is read after a time in which the whole stack has been searched.
 #[test]
 #[ignore = "full: an emulator of the chip"]
 fn report_of_a_nano_is_the_one_on_its_page() {

@@ -504,7 +504,7 @@ impl Counter {
     }
 }
 
-/// Robots, shoes and sensors in a hand, with other motions, sensors and rates than the walk.
+/// The recordings are of robots, shoes and sensors in a hand, with other motions, sensors and rates than the walk.
 #[test]
 #[ignore = "full: compiles for each processor"]
 fn instructions_of_other_recordings_are_within_the_bound() {

@@ -21,7 +21,7 @@ const FILES: &str = concat!(env!("CARGO_PKG_REPOSITORY"), "/blob/main/");
 /// List of the pages.
 const SUMMARY: &str = "docs/SUMMARY.md";
 
-/// No preprocessors: they would rename `README.md`, and take braces in the documents for commands.
+/// No preprocessors, because they would rename `README.md`, and take braces in the documents for commands.
 const CONFIGURATION: &str = r#"[book]
 title = "footfall"
 language = "en"

@@ -14,7 +14,7 @@ use xtask::{hex, uf2};
 use crate::requirements::Purpose;
 use crate::{book, crates, install, installed, panics, python, release, socketcan};
 
-/// Programs of tests that cargo runs only by their names: they take minutes, or read what third-party programs write.
+/// Programs of tests that cargo runs only by their names, because they take minutes, or read what third-party programs write.
 const MORE_TESTS: [&str; 4] = ["--test", "thorough", "--test", "python"];
 
 /// Packages with all features.

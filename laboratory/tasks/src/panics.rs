@@ -2,8 +2,8 @@
 //!
 //! It finds each branch to a panicking function of the core library in the machine code. Debug information then names the
 //! function whose source contains the branch, even if it was inlined, and the line. `panics.txt` lists these functions, each
-//! under the reason why the panic is not reached, with the number of its lines that can panic if they are several: one more
-//! needs a reason, too. `nm` and `addr2line` are GNU's.
+//! under the reason why the panic is not reached, with the number of its lines that can panic if they are several. One more
+//! line needs a reason, too. `nm` and `addr2line` are GNU's.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -121,8 +121,8 @@ fn places(elf: &Path) -> Result<Places> {
     Ok(places)
 }
 
-/// Branches to functions that panic, from the output of `nm` and the code. None at all is an error: an ELF without symbols
-/// would pass the check.
+/// Branches to functions that panic, from the output of `nm` and the code. None at all is an error, because an ELF without
+/// symbols would otherwise pass the check.
 fn calls(symbols: &str, start: u32, code: &[u8]) -> Result<Vec<(u32, &'static str)>> {
     let calls = branches(start, code, &entries(symbols));
     ensure!(!calls.is_empty(), "no branch to a function that panics: is the ELF stripped?");

@@ -56,7 +56,7 @@ pub struct Wiring {
     pub load: (ChipPin, usize),
     /// The LED.
     pub led: ChipPin,
-    /// Pins that the board connects to a supply: a program that drives one shorts it.
+    /// Pins that the board connects to a supply. A program that drives one of them shorts the supply.
     pub tied: Vec<ChipPin>,
 }
 

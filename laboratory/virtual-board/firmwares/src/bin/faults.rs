@@ -66,7 +66,7 @@ fn main() -> ! {
     let misuse = get(mailbox::MISUSE);
     if misuse == Misuse::Watchdog as u32 {
         put(mailbox::RESET_FLAGS, get(RCC_CSR));
-        // RMVF: the flags of this start are not those of the next.
+        // RMVF clears the flags, so that the next start does not see those of this one.
         put(RCC_CSR, 1 << 24);
         if get(mailbox::STARTS) > 1 {
             end();

@@ -100,7 +100,7 @@ impl Chip {
             }
             self.watch_pin(edge);
             if self.sensor_edge == edge {
-                // The edge was announced but did not occur: it will be announced again.
+                // The edge was announced but did not occur, so it will be announced again.
                 self.sensor_edge = NEVER;
             }
         }

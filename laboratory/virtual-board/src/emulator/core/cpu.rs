@@ -510,7 +510,7 @@ impl Cpu {
         let stacked = is_writable(frame) && self.engine.write(frame, &bytes);
 
         self.set(RegisterARM::SP, frame);
-        // CONTROL before the exception's number: a handler cannot change its stack.
+        // CONTROL is written before the exception's number, because a handler cannot change its stack.
         self.set(RegisterARM::CONTROL, control & 1);
         self.set(RegisterARM::XPSR_NZCVQG, xpsr & 0xF80F_0000 | 0x0100_0000);
         self.set(RegisterARM::IPSR, u32::from(number));
@@ -614,7 +614,7 @@ impl Cpu {
         let unwound = stack.wrapping_add(size).wrapping_add(if xpsr & 0x200 == 0 { 0 } else { 4 });
         self.set(stack_pointer, unwound);
         let control = self.get(RegisterARM::CONTROL) & 1;
-        // CONTROL after the exception's number: now the stack can change.
+        // CONTROL is written after the exception's number, because the stack can change only now.
         self.set(RegisterARM::XPSR_NZCVQG, xpsr & !0x200);
         let control = control | if process { 2 } else { 0 } | if float { 4 } else { 0 };
         self.set(RegisterARM::CONTROL, control);

@@ -711,7 +711,7 @@ impl Can {
                 self.complete(index, false);
             }
         }
-        // An error flag ends a frame early: no bit after the first few is sent.
+        // An error flag ends a frame early, so no bit after the first few is sent.
         let bits = if self.is_shorted() { 1 + 6 + 8 + 3 } else { frame.bits() };
         let length = bits * self.bit();
         self.busy = Some((sender, start + length));

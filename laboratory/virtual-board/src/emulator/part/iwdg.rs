@@ -18,9 +18,9 @@ pub struct Iwdg {
     open: bool,
     /// Frequency of its oscillator, Hz.
     lsi_hz: u32,
-    /// Time since which a debugger's halt has frozen it.
+    /// Time since which a debugger's halt has frozen the watchdog.
     frozen_at: Option<u64>,
-    /// Time at which it resets the chip.
+    /// Time at which the watchdog resets the chip.
     deadline: u64,
 }
 
@@ -54,7 +54,7 @@ impl Iwdg {
         time::cycle(self.lsi_hz) * divider * (u64::from(self.reload) + 1)
     }
 
-    /// Time at which it resets the chip.
+    /// Time at which the watchdog resets the chip.
     #[must_use]
     pub const fn next_event(&self) -> u64 {
         match self.frozen_at {

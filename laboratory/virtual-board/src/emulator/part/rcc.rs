@@ -71,7 +71,7 @@ pub struct Rcc {
     corner: Corner,
     /// Whether the crystal has stopped after it ran.
     lost: bool,
-    /// Whether the core's clock has stopped: only the watchdog continues.
+    /// Whether the core's clock has stopped, so that only the watchdog continues.
     pub(crate) stopped: bool,
     hse_ready_at: u64,
     pll_ready_at: u64,

@@ -37,7 +37,7 @@ pub struct Spi {
     done_at: u64,
     /// Whether the data register was read with an overrun pending.
     overrun_read: bool,
-    /// Whether its clock is stopped: no frame ends.
+    /// Whether the clock of the bus is stopped, so that no frame ends.
     stopped: bool,
 }
 

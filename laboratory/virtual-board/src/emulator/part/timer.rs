@@ -31,7 +31,7 @@ const URS: u32 = 1 << 2;
 const OPM: u32 = 1 << 3;
 const UIF: u32 = 1;
 
-/// Bit in CR2: the input of channel 1 is the exclusive or of the pins of channels 1 to 3 (TI1S).
+/// Bit in CR2: the input of channel 1 is the XOR of the pins of channels 1 to 3 (TI1S).
 const TI1S: u32 = 1 << 7;
 
 /// Master mode with a pulse on the trigger output for each capture of channel 1.

@@ -1,5 +1,5 @@
 //! Scenarios: a fault is injected into the running board, and every frame that the board sends is
-//! watched. The outcome: how soon the fault is detected, which reports are sent, when the board has
+//! watched. The outcome tells how soon the fault is detected, which reports are sent, when the board has
 //! recovered, and whether any frame said "stable" on invalid data.
 //!
 //! | step | where |
@@ -47,7 +47,7 @@ pub const BEFORE_MS: u64 = 300;
 /// Time at which the matrix injects, ms. The foot stands and reports "stable" by then.
 const AT_MS: u64 = 1000;
 
-/// Minimum time for which the board is watched after its recovery, ms: the next health message comes within it.
+/// Minimum time for which the board is watched after its recovery, ms. The next health message comes within this time.
 const AFTERWARDS_MS: u64 = 150;
 
 /// One action on the board.
@@ -161,7 +161,7 @@ pub enum Reports {
     Counter(wire::Counter),
     /// The boot-up message alone.
     BootUp,
-    /// No report: the fault is within the board's tolerance.
+    /// No report, because the fault is within the board's tolerance.
     Nothing,
     /// Any report, or none.
     Any,
@@ -216,7 +216,7 @@ impl ScenarioStep {
             Self::StoreStopped => stopped(board, &store()),
             Self::Restore => stopped(board, &restore()),
             Self::Nmt(command) => send(board, &nmt(command)),
-            // The runner handles these: they take time, or depend on the pages.
+            // The runner handles these, because they take time or depend on the pages.
             Self::Wait(_) | Self::CutInErase(_) => {}
             Self::Request(address) => send(board, &Message::ConfigGet(ConfigGet { address })),
             Self::Garbage(count) => {

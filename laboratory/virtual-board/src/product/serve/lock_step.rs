@@ -81,7 +81,7 @@ pub enum Change {
 /// Whose turn it is.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Turn {
-    /// Each program waits: the boards' time passes.
+    /// Each program waits, so the boards' time passes.
     Boards,
     /// A program computes, or no program is connected.
     Programs,
