@@ -60,7 +60,7 @@ def measure(folder: Path) -> Result:
 
     load = os.getloadavg()[0]
     ray.init(num_cpus=WORKERS, include_dashboard=False, log_to_driver=False)
-    # Workers are started and have imported what they need before the clock runs.
+    # Start the workers and let them import their modules before time is measured.
     fleet.estimate(record(folder / "warm", WORKERS, 1.0), folder / "warm-rows")
     rows: list[dict[str, object]] = []
 

@@ -29,7 +29,7 @@ import footfall
 SAMPLES = 1_000_000
 RUNS = 5
 
-# The paper's, for ATLAS: window in samples, bandwidths and half-widths in m/s² and rad/s.
+# Parameters of the paper for ATLAS: window in samples, bandwidths and half-widths in m/s² and rad/s.
 WINDOW, POINTS = 50, 50
 BANDWIDTH = [0.02467] * 3 + [0.01653] * 3
 HALF_WIDTH = [0.4] * 3 + [0.04] * 3
@@ -47,7 +47,7 @@ def best(work: Callable[[], Any], runs: int = RUNS) -> float:
 
 
 def on_threads(count: int, work: Callable[[], Any]) -> None:
-    """Does the work once on each of several threads."""
+    """Runs the work once on each of several threads."""
     threads = [threading.Thread(target=work) for _ in range(count)]
     for thread in threads:
         thread.start()

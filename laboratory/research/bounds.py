@@ -18,7 +18,7 @@ Bound = tuple[str, float, float, float]
 RMSE = {
     # The authors' script itself, in Python.
     AUTHORS: {"ground": (0.2440, 5e-5), "3 steps": (0.2438, 5e-5), "slip": (0.3538, 5e-5)},
-    # The formula in double precision, on whole files.
+    # Computed from the formula in double precision, on whole files.
     PAPER: {"ground": (0.2493, 5e-4), "3 steps": (0.2566, 5e-4), "slip": (0.3472, 5e-4)},
     # Computed by an independent program in double precision. Its thresholds gave the best F1 on ground, so the RMSE
     # of tuned detectors may differ a little more.

@@ -1,4 +1,4 @@
-"""How late an answer follows a touch-down and a lift-off, and which stances it loses."""
+"""Delays of an answer after touch-down and lift-off, and stances in which the answer is never "stable"."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is compared: each method's answers on each recording, and the figures of sets of them.
+"""The methods that are compared: their answers on each recording, and their figures on sets of recordings.
 
 No method reads a label of the recording on which it is scored. But the constants of the default preset were chosen by its
 RMSE on these recordings.
@@ -120,7 +120,7 @@ def _published(file: Labelled, scores: Callable[[Labelled], Array]) -> Answers:
 
 def _tuned(files: list[Labelled], scores: list[Array | None], teachers: str) -> Runs:
     runs: Runs = []
-    # All recordings of a family have the same teachers in other families.
+    # All recordings of a family have the same teachers, because teachers come from other families.
     thresholds: dict[tuple[int, ...], float] = {}
     for k, (file, ranking) in enumerate(zip(files, scores, strict=True)):
         from_files = tuple(other for other in _teachers(files, k, teachers) if scores[other] is not None)

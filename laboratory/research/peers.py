@@ -68,13 +68,14 @@ def shoe(file: Labelled, length: int, noise: tuple[float, float]) -> Array:
     gravity = GRAVITY if file.recording.gravity == "included" else 0.0
     force = np.linalg.norm(moving_mean(file.acc, length), axis=1)
     energy = moving_mean(np.sum(file.acc**2, axis=1), length)
-    # The mean of ‖a_k − g ā/‖ā‖‖², multiplied out.
+    # This is the mean of ‖a_k − g ā/‖ā‖‖², multiplied out.
     off_gravity = energy - 2.0 * gravity * force + gravity**2
     return np.asarray(off_gravity / noise[0] ** 2 + ared(file, length) / noise[1] ** 2)
 
 
 def ared(file: Labelled, length: int) -> Array:
-    """1/N Σ ‖ω_k‖². The division by the variance of the noise is left to the threshold, as for the next two."""
+    """1/N Σ ‖ω_k‖². This statistic and the next two are not divided by the variance of the noise, because that only
+    scales the threshold."""
     return moving_mean(np.sum(file.gyr**2, axis=1), length)
 
 
@@ -96,7 +97,7 @@ def mbgtd(file: Labelled, length: int) -> Array:
 def heaviest_cut(windows: Array) -> Array:
     """The statistic of MBGTD of each window, shape (M, N, 3)."""
     n = windows.shape[1]
-    # In single precision, as the recordings are; the order of the detector's answers does not depend on it.
+    # Single precision is enough, because the recordings have no more and it does not change the order of the answers.
     windows = windows.astype(np.float32)
     squares = [(windows[:, :, None, axis] - windows[:, None, :, axis]) ** 2 for axis in range(3)]
     across = np.sqrt(sum(squares))

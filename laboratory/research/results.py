@@ -39,7 +39,7 @@ class Result:
         return ROOT / f"laboratory/results/{self.name}.json"
 
     def differences(self) -> list[str]:
-        """What differs from the figures that are stored."""
+        """Returns the differences from the stored figures, in words."""
         stored = json.loads(self.path.read_text(encoding="utf-8")) if self.path.exists() else {}
         was = {"values": stored.get("values", {}), "rows": stored.get("rows", [])}
         return list(_differences(f"laboratory/results/{self.name}.json", was, {"values": self.values, "rows": [*self.rows]}))

@@ -1,4 +1,4 @@
-"""Formulas that could be wrong without a figure looking wrong."""
+"""Tests formulas whose errors would not be visible in the figures."""
 
 from __future__ import annotations
 

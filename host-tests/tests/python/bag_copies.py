@@ -122,7 +122,7 @@ def stored(path):
 
 
 def profiles(path):
-    """Offered profiles of the topic of samples, and the number of its messages."""
+    """Returns the offered profiles of the topic of samples, and the number of messages on it."""
     with AnyReader([path], default_typestore=STORE) as reader:
         [connection] = [connection for connection in reader.connections if connection.topic == "/imu"]
         return connection.ext.offered_qos_profiles, connection.msgcount

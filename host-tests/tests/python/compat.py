@@ -49,7 +49,7 @@ def nanoseconds(stamp):
 
 
 def check_covariances(imu):
-    """What a state estimator takes: finite, positive where something is known."""
+    """Checks that a state estimator accepts the covariances: finite, and positive where something is known."""
     tilt, _, _, _, other_tilt, _, _, _, heading = imu.orientation_covariance
     assert 0 < tilt == other_tilt < math.radians(5) ** 2 < 100 < heading, imu.orientation_covariance
     for covariance, most in ((imu.angular_velocity_covariance, 0.01), (imu.linear_acceleration_covariance, 0.1)):
@@ -118,7 +118,7 @@ def main(path):
 
 
 def check(conclusion, newest, topic):
-    """A message has the newest decision of each foot, as all of them stream."""
+    """Checks that each message has the newest decision of each foot, because all feet stream."""
     assert conclusion == {foot: bool(value) for foot, value in newest.items()}, (topic, conclusion, newest)
 
 

@@ -47,7 +47,7 @@ def rows_by_foot(table):
 
 
 def is_number(found, text):
-    """Whether a value is the number of a cell, which is blank where the value is not a number."""
+    """Returns whether a value equals the number in a cell. A blank cell stands for NaN."""
     return math.isnan(found) if text == "" else abs(found - float(text)) <= 1e-6 * max(1.0, abs(found))
 
 

@@ -1,4 +1,4 @@
-"""Estimates in Parquet as pandas reads them, against the table of the same estimates.
+"""Compares estimates in Parquet, as pandas reads them, with the table of the same estimates.
 
 usage: estimates.py estimates.csv estimates.parquet
 

@@ -32,7 +32,7 @@ def names_of(kind):
 
 
 def equal(one, other, but=()):
-    """Whether messages are equal in all fields but some."""
+    """Returns whether messages are equal in all fields except those in `but`."""
     if (names := names_of(type(one))) is not None:
         names = [name for name in names if name not in but]
         return all(equal(getattr(one, name), getattr(other, name)) for name in names)

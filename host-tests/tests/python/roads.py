@@ -342,7 +342,7 @@ def robot_store():
 
 
 def states(folder, walk):
-    """Axes and loads in messages that are made for something else."""
+    """Writes axes and loads as fields of messages whose types are not made for an IMU."""
     store = robot_store()
     topics = {"/lowstate": LOW_STATE, "/feet": FEET, "/joints": JOINTS}
     serialised = [

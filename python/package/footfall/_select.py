@@ -137,7 +137,7 @@ def select(
     )
 
     def best_of(rows: Sequence[Sequence[float]]) -> int:
-        """Index of the combination with the best mean; of equal ones the first."""
+        """Returns the index of the combination with the best mean, the first of several that are equal."""
         means = [FIGURES[by] * sum(row) / len(row) for row in rows]
         return means.index(min(means))
 
@@ -175,7 +175,7 @@ def _merged(config: Mapping[str, Any], parameters: Mapping[str, Any]) -> dict[st
         *tables, last = key.split(".")
         for name in tables:
             inner = table.get(name)
-            # A copy, as the table may be of the caller's configuration.
+            # Copy the table, because it may belong to the caller's configuration.
             table[name] = dict(inner) if isinstance(inner, Mapping) else {}
             table = table[name]
         table[last] = value

@@ -232,7 +232,7 @@ def compare_contacts(contacts, samples, offset, expected, reliability, errors):
     for foot, by_stamp in contacts.items():
         places = [place for place, (at, *_) in enumerate(samples) if at + offset in by_stamp]
         assert len(by_stamp) == len(places), f"{foot}: contacts of no sample"
-        # The contacts of the first half second come at once, while the subscriber finds their topics.
+        # The contacts of the first half second come at once, while the subscriber still looks for their topics.
         found = samples[0][0] + DISCOVERY_NS
         received = set(places)
         missing = [
@@ -253,7 +253,7 @@ def compare_contacts(contacts, samples, offset, expected, reliability, errors):
 
 def check_view(footfall, reliability, samples, estimates, *arguments):
     """A page of Foxglove shows feet whose IMUs are topics."""
-    # Its packages are needed by this check alone.
+    # Imported here, because only this check needs these packages.
     import view
 
     samples = samples_of(samples)
@@ -398,7 +398,7 @@ def check_pattern(footfall, samples, *arguments):
 
 
 def check_late(footfall, samples, *arguments):
-    """The driver of one foot has long started when those of the others come."""
+    """Checks a robot where the drivers of three feet start long after the driver of the first."""
     names = ["lf_foot", "rf_foot", "lh_foot", "rh_foot"]
     participant = DomainParticipant(domain_of(arguments))
     samples = samples_of(samples)
@@ -417,7 +417,7 @@ def check_late(footfall, samples, *arguments):
 
 
 def check_trunk(footfall, samples, *arguments):
-    """A robot has an IMU on its trunk alone, which is no foot by its topic or by its frame."""
+    """Checks a robot whose only IMU is on its trunk, which the topic or the frame shows."""
     participant = DomainParticipant(domain_of(arguments))
     samples = samples_of(samples)
     trunks = {
@@ -445,7 +445,7 @@ def check_trunk(footfall, samples, *arguments):
 
 
 def check_others(footfall, samples, folder, *arguments):
-    """Feet on topics are calibrated, recorded, and shown as feet with a board are."""
+    """Checks that feet on topics can be calibrated, recorded and monitored like feet with a board."""
     samples = samples_of(samples)
     robot = Robot(domain_of(arguments), "best_effort")
     commands = {
@@ -462,7 +462,7 @@ def check_others(footfall, samples, folder, *arguments):
     while any(len(writer.get_matched_subscriptions()) < len(programs) for writer in robot.writers.values()):
         assert all(program.poll() is None for program in programs.values())
         time.sleep(0.02)
-    # The walk twice, because a calibration takes ten seconds.
+    # The walk is played twice, because a calibration takes ten seconds.
     length = samples[-1][0] - samples[0][0] + samples[1][0] - samples[0][0]
     robot.play(samples + [(at + length, readings, force) for at, readings, force in samples])
     calibrated, errors = programs["calibrate"].communicate()
@@ -548,7 +548,7 @@ def check_unreadable(footfall, samples, *arguments):
     samples = samples_of(samples)
     robot = Robot(domain_of(arguments), "best_effort")
     states = Topic(participant, "rt/lowstate", Float64MultiArray)
-    # A publisher exists as long as its object.
+    # Keep the object, because the publisher exists only as long as it does.
     _states = DataWriter(participant, states, qos=RELIABLE)
     reader = DataReader(participant, Topic(participant, "rt/footfall/lowstate", LowState), qos=RELIABLE)
     program = started(footfall, arguments)

@@ -50,7 +50,7 @@ from dds_types import (
 
 PACKAGE = Path(__file__).parents[4] / "ros2/footfall_msgs"
 FEET = ["FL", "FR", "RL", "RR"]
-# The feet walk three seconds longer than each topic is read, because subscribers need time to find it.
+# The feet walk three seconds longer than each topic is read, because subscribers need time to find the topic.
 CONTACTS = 4000
 # Time after which the script counts as hung, s. It then ends, and prints the line at which it hangs.
 HANGS_S = 600.0
@@ -97,7 +97,7 @@ def plain(value):
     if kind in (int, float):
         return number(value)
     if kind in (list, tuple) or kind.__name__ in ("ndarray", "array"):
-        # The sequence has numbers alone, like a covariance.
+        # The sequence contains only numbers, like a covariance.
         if set(map(type, value)) == {float}:
             return tuple(map(number, value))
         return tuple(plain(item) for item in value)
@@ -180,7 +180,7 @@ def take_last_words(received, other_topic, other_values):
 
 
 def participant_of(arguments):
-    """A participant of the domain among the arguments of `footfall ros2`."""
+    """Returns a participant of the domain that the arguments of `footfall ros2` name."""
     return DomainParticipant(int(arguments[arguments.index("--domain-id") + 1]))
 
 
@@ -227,7 +227,7 @@ def check_namesake(footfall, *arguments):
     """
     participant = participant_of(arguments)
     nodes = DataWriter(participant, topic_of_nodes(participant), qos=ABOUT_NODES)
-    # A publisher exists as long as its object.
+    # Keep the object, because the publisher exists only as long as it does.
     _publisher = DataWriter(participant, Topic(participant, "rt/footfall/FL/contact", Contact))
     named = NodeEntitiesInfo(node_namespace="/", node_name="footfall", reader_gid_seq=[], writer_gid_seq=[])
     gid = Gid(data=[7] * 16)
@@ -264,7 +264,7 @@ def check_slow(footfall, *arguments):
     """A reliable subscriber that has stopped acknowledges nothing. Messages that no longer fit are counted by topic."""
     domain = arguments[arguments.index("--domain-id") + 1]
     expected = r"/footfall/FL/contact: \d+ messages were not sent: a reliable subscriber did not keep up"
-    # A busy machine needs longer for as many messages as are kept for a subscriber.
+    # A busy machine takes longer to publish as many messages as are kept for a subscriber.
     for seconds in (4.0, 8.0, 16.0, 32.0):
         subscriber = subprocess.Popen([sys.executable, __file__, "hold", domain], stdout=subprocess.PIPE, text=True)
         program = subprocess.Popen([footfall, "ros2", *arguments], stderr=subprocess.PIPE, text=True)
@@ -315,7 +315,7 @@ def check_messages(published, whose, reliability, footfall, _, *arguments):
     while program.poll() is None:
         time.sleep(0.2)
         for sample in nodes.take(100):
-            # The last one reports that the node has gone.
+            # The last message reports that the node has gone.
             if isinstance(sample, ParticipantEntitiesInfo) and sample.node_entities_info_seq:
                 info = sample
     errors = program.stderr.read()
@@ -364,7 +364,7 @@ def check_other(messages, published, values, whose):
     for message in messages[1000:-1000]:
         newest = nanoseconds(message.header.stamp)
         for (stamps, values_of_foot), value in zip(said, values(message)):
-            # Stance to its reader: true for champ, beyond 0.01 for pronto.
+            # A foot stands for the reader of the message if the value is true (champ) or above 0.01 (pronto).
             value = float(abs(value) > 0.01)
             begin, end = bisect_left(stamps, newest - 3_000_000), bisect_right(stamps, newest)
             near = values_of_foot[begin:end]

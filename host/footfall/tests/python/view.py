@@ -40,7 +40,7 @@ MESSAGE_DATA = 1
 ENDED = "has ended"
 # Messages that the server queues for a client.
 QUEUE = 1 << 16
-# Interval at which a client that receives nothing looks whether the source has ended.
+# Interval at which a client that receives nothing checks whether the source has ended.
 LOOK_S = 0.5
 # Least time from the first contact of each foot to the end, s on the clock of the feet.
 LEAST_S = 2.0
@@ -49,7 +49,7 @@ LEAST_S = 2.0
 CROWD = 200
 MOST_CLIENTS = 16
 MOST_MIB = 4 * MOST_CLIENTS + 96
-# End of the topics with a message each millisecond.
+# Ending of the topics that have a message each millisecond.
 OFTEN = "/contact"
 # Time after which the script counts as hung, s. It then ends, and prints the line at which it hangs.
 HANGS_S = 600.0
@@ -118,7 +118,7 @@ def subscribe(client, channels, subscriptions):
 
 
 def connected(url, max_queue, origin=None):
-    # No pings, because a client that is slow, or on a busy machine, would count as gone.
+    # Pings are off, because with them a client that is slow, or runs on a busy machine, would count as gone.
     return connect(
         url,
         subprotocols=[PROTOCOL],
@@ -136,7 +136,7 @@ def last_of(entries):
 
 
 def is_late(messages, expected):
-    """Whether the client was connected so late that it has missed most messages of a foot."""
+    """Returns whether the client was connected so late that it has missed most messages of a foot."""
     often = [topic for topic in expected if topic.endswith(OFTEN)]
     latest = {topic: expected[topic][-1][0] - LEAST_S * 1e9 for topic in often}
     return any(not messages[topic] or messages[topic][0][0] > latest[topic] for topic in often)
@@ -185,7 +185,7 @@ def collect(server, expected):
 def fields_of(kind):
     """Names of the fields of a message class of any library; None for any other class."""
     if dataclasses.is_dataclass(kind):
-        # Constants have upper-case names: they are no part of a message.
+        # Names in upper case are constants, which are no part of a message.
         names = [field.name for field in dataclasses.fields(kind)]
         return [name for name in names if name != "__msgtype__" and not name.isupper()]
     return getattr(kind, "__slots__", None)

@@ -79,7 +79,7 @@ def finds_the_node(network, eds):
     assert answered.get(timeout=ANSWER_LIMIT_S)
     node = canopen.RemoteNode(FOOT, eds)
     network.add_node(node)
-    # Nodes answer in order, so another node would have answered the search before this request is answered.
+    # Nodes answer in order, so any other node has answered the search before this response arrives.
     assert node.sdo["Identity object"]["Serial number"].raw != 0
     assert network.scanner.nodes == [FOOT], network.scanner.nodes
     return node
@@ -144,7 +144,7 @@ def refuses_configuration_when_operational(node):
 def stops_sending(node):
     states = Received(node.nmt.add_heartbeat_callback)
     node.nmt.state = "PRE-OPERATIONAL"
-    # The first heartbeats may be from before.
+    # The first heartbeats may have been sent before the change.
     states.wait_for(PRE_OPERATIONAL)
 
 
@@ -268,7 +268,7 @@ def is_given_another_id(network, node):
 
 def main(path, eds):
     faulthandler.dump_traceback_later(HANGS_S, exit=True)
-    # A busy host is no fault of the foot: by default python-canopen waits 0.3 and 0.5 s for an answer.
+    # The defaults of python-canopen, 0.3 and 0.5 s, are too short on a busy host.
     canopen.sdo.SdoClient.RESPONSE_TIMEOUT = ANSWER_LIMIT_S
     canopen.lss.LssMaster.RESPONSE_TIMEOUT = ANSWER_LIMIT_S
     network = canopen.Network()

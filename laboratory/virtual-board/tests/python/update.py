@@ -120,7 +120,7 @@ def main(path, line, eds, file, second):
         assert number(foot, 0x1F56) == int.from_bytes(image[44:48], "little")
         foot.nmt.state = "PRE-OPERATIONAL"
         by_lely(foot, open(second, "rb").read())
-        # The bootloader answers where it is asked.
+        # The bootloader answers on the line on which it is asked.
         foot.nmt.state = "PRE-OPERATIONAL"
         control(foot, STOP)
         # One line at a time.

@@ -57,7 +57,7 @@ class Line:
 
 
 def now(*_):
-    """Time of the boards. An argument is ignored: pyserial calls it as a method."""
+    """Returns the time of the boards. Arguments are ignored, because pyserial calls this function as a method."""
     return EPOCH + Line.micros * 1e-6
 
 
@@ -96,7 +96,7 @@ class Pump:
 
     @staticmethod
     def receive_until(end, is_there):
-        """Receives until a condition holds; returns whether it does by this time."""
+        """Receives until a condition holds or this time is reached; returns whether the condition holds."""
         while not is_there() and now() < end:
             message = Pump.current.bus.recv(end - now())
             if message is not None:
