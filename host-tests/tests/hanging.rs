@@ -68,7 +68,7 @@ impl Motion {
         (Vec3::new(x, y, z), Vec3::new(0.0, self.rate as f32, 0.0))
     }
 
-    /// Whether it is fast enough not to be called stable.
+    /// Returns whether the motion is so fast that it must not be called stable.
     fn is_fast(&self) -> bool {
         self.speed > 0.05 || self.rate.abs() > 0.1
     }
@@ -227,7 +227,7 @@ impl Foot {
         }
     }
 
-    /// Whether the sample of this time is missing.
+    /// Returns whether the sample of this time is missing.
     fn is_missing(&self) -> bool {
         let seconds = self.micros as f64 * 1.0e-6;
         self.gaps.is_some_and(|(every, gap)| seconds > 1.0 && seconds % every >= every - gap)

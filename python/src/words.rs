@@ -8,7 +8,7 @@ use options::{AccelerationUnit, RateUnit};
 use pyo3::PyErr;
 use pyo3::exceptions::PyValueError;
 
-/// Origin of samples, on which the arguments depend that are there.
+/// Origin of samples, which determines the available arguments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Origin {
     /// A file, by `read` or `estimate_file`.

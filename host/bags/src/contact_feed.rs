@@ -59,7 +59,7 @@ pub(super) struct FootContacts {
 }
 
 impl FootContacts {
-    /// Sentences on the contacts that were left out of `file`.
+    /// Returns sentences on the contacts of `file` that were left out.
     pub(super) fn notices(&self, file: &str) -> Vec<Notice> {
         let counted = [
             (self.not_decoded, "no message of this type"),

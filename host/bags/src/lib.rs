@@ -235,7 +235,8 @@ fn of_contacts_alone(
     Ok(recordings)
 }
 
-/// Sentences on topics where all are feet: a topic that may be the robot's trunk, and topics without a message.
+/// Returns sentences for a selection of all topics: on a topic that may be the robot's trunk, and on topics without a
+/// message.
 fn selection_notices(file: &str, topics: &[String], empty: &[String]) -> Vec<Notice> {
     let trunks = trunks(topics).map(|topic| {
         let text = format!("{file} is read with {topic} as a foot; if it is the robot's trunk");
@@ -245,7 +246,8 @@ fn selection_notices(file: &str, topics: &[String], empty: &[String]) -> Vec<Not
     trunks.chain(empty).collect()
 }
 
-/// Sentence that lists the load of each of several feet, and of one foot if the load has the name of another leg.
+/// Returns a sentence that lists the load of each foot, if there are several feet, or if the load of the only foot has
+/// the name of another leg.
 fn load_notice(file: &str, feet: &[String], loads: &[LoadSeries]) -> Option<Notice> {
     let mut has_other = false;
     let pairs = feet.iter().zip(loads).map(|(foot, load)| {
@@ -259,7 +261,8 @@ fn load_notice(file: &str, feet: &[String], loads: &[LoadSeries]) -> Option<Noti
     is_said.then(|| Notice::from(format!("{file}: loads are {}", pairs.join(", "))))
 }
 
-/// Sentences on the contacts in a bag of `feet` feet: on the topics `used`, and on the others if a foot has none.
+/// Returns sentences on the contacts in a bag of `feet` feet: on the topics `used`, and on the other topics if a foot
+/// has none.
 fn contact_notices(
     file: &str,
     mut topics: Vec<String>,

@@ -78,7 +78,7 @@ impl ImuDecoder {
     }
 }
 
-/// Part of a time that is lost in µs, which are rounded.
+/// Returns the part of a time that is lost when the time is rounded to µs, ns.
 const fn rest_ns(time: Time) -> i16 {
     let rest = (time.nanosec % 1000) as i16;
     if rest < 500 { rest } else { rest - 1000 }

@@ -400,7 +400,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Address of the first IMU in messages of another type, which is the robot's trunk in a part of a known name.
+    /// Returns the address of the first IMU in messages of another type. An IMU in a part of a known name is on the robot's
+    /// trunk.
     fn address_with_axes(&self) -> Option<String> {
         let has_axes =
             |channel: &Channel, part| Fields::of(channel, part, &Mapping::default()).is_ok();

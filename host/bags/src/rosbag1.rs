@@ -311,7 +311,7 @@ impl Bag<'_> {
     }
 }
 
-/// A field among fields, each of which is a length and `name=value`.
+/// Returns the value of a field. Each of `fields` is a length and `name=value`.
 fn field<'a>(mut fields: &'a [u8], name: &str) -> Result<Option<&'a [u8]>, Damage> {
     while let Some((length, rest)) = fields.split_first_chunk() {
         let (field, rest) =

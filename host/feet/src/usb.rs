@@ -256,7 +256,7 @@ struct LoaderDrive {
     folder: PathBuf,
 }
 
-/// The drives of loaders, by the file with which each describes itself.
+/// Finds the drives of loaders by the file with which each describes itself.
 fn loader_drives(folders: Vec<PathBuf>) -> Vec<LoaderDrive> {
     let drives = folders.into_iter().filter_map(|folder| {
         let about = fs::read_to_string(folder.join(ABOUT)).ok()?;

@@ -64,8 +64,8 @@ impl Plan {
         }
     }
 
-    /// A gait on one kind of ground for `seconds`, including the standing at the beginning. The recording may end
-    /// in any activity. `seconds` is finite.
+    /// Plans a gait on one kind of ground for `seconds`, including the standing at the beginning. The recording may end
+    /// in any activity. `seconds` must be finite.
     #[must_use]
     pub fn steady(gait: GaitName, ground: Ground, seconds: f64, seed: u64) -> Self {
         let robot = RobotParams { gait, ground, ..RobotParams::default() };

@@ -407,8 +407,8 @@ impl Finding {
         }
     }
 
-    /// The same finding for a recording to which `mounting` was already applied: the suggested mounting replaces
-    /// that one.
+    /// Returns the same finding for a recording to which `mounting` was already applied. The suggested mounting replaces
+    /// `mounting`.
     #[must_use]
     pub fn with_mounting(self, mounting: &Mounting) -> Self {
         match self {

@@ -75,7 +75,8 @@ pub fn with_z_up(up: Vec3) -> Option<Mounting> {
     Some(checked(params))
 }
 
-/// The axes with `up` along z and the smallest rotation. If several rotations are equally small, x is kept.
+/// Returns the axes with `up` along z and the smallest rotation. Of several equally small rotations, it chooses the one
+/// that keeps x.
 fn least_turn(up: SensorAxis) -> [SensorAxis; 3] {
     let own = [SensorAxis::X, SensorAxis::Y, SensorAxis::Z];
     // The greater the trace of the rotation, the smaller its angle.

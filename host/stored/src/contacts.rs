@@ -161,7 +161,7 @@ impl Spooled for SentContact {
     /// acceleration.
     const NUMBERS: usize = 17;
 
-    /// The three codes are: decision and validity, phase, flags.
+    /// Returns the time, the numbers and three codes: decision and validity, phase, flags.
     fn encode(&self) -> (u64, impl Iterator<Item = f32>, [u8; 3]) {
         let p = &self.probabilities;
         let Quaternion { w, x, y, z } = self.orientation;

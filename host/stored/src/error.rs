@@ -420,35 +420,35 @@ impl TopicType {
 }
 
 impl InputError {
-    /// A problem of the file as a whole.
+    /// Creates the error of a problem of the file as a whole.
     pub fn of_file(file: impl Into<String>, problem: Problem) -> Self {
         Self { file: file.into(), place: Place::File, problem }
     }
 
-    /// A problem of a row.
+    /// Creates the error of a problem in a row.
     pub fn of_row(file: impl Into<String>, row: RowPlace, problem: Problem) -> Self {
         Self { file: file.into(), place: Place::Row(row), problem }
     }
 
-    /// A message does not match its topic.
+    /// Creates the error of a message that does not match its topic.
     pub fn of_message(file: &str, topic: &str, number: u64, problem: MessageProblem) -> Self {
         let place = Place::Message { topic: topic.to_owned(), number };
         Self { file: file.to_owned(), place, problem: Problem::Message(problem) }
     }
 
-    /// The file has no samples.
+    /// Creates the error of a file without samples.
     #[must_use]
     pub fn empty(file: &str) -> Self {
         Self::of_file(file, Problem::Empty)
     }
 
-    /// The file cannot be opened or read.
+    /// Creates the error of a file that cannot be opened or read.
     #[must_use]
     pub fn unreadable(file: &str, source: io::Error) -> Self {
         Self::of_file(file, Problem::Unreadable(source))
     }
 
-    /// The samples of a file cannot be kept in a temporary file.
+    /// Creates the error of a file whose samples cannot be kept in a temporary file.
     #[must_use]
     pub fn spool(file: &str, source: io::Error) -> Self {
         Self::of_file(file, Problem::Spool(source))

@@ -295,7 +295,7 @@ pub struct StreamedSample {
 }
 
 impl Rows {
-    /// Rows of a stream: each is taken before the next, and they are not kept.
+    /// Creates the rows of a stream, which are not kept, because each is taken before the next.
     #[must_use]
     pub fn of_stream(times: Times) -> Self {
         let live = (times == Times::Auto).then(LiveTimes::default);
@@ -551,7 +551,7 @@ pub enum Refused {
 }
 
 impl Refused {
-    /// Error about times that cannot be attributed to a cell.
+    /// Returns the error about times that cannot be attributed to a cell.
     pub fn into_error(self, file: &str) -> InputError {
         match self {
             Self::Time { previous_us, repeats } => {

@@ -129,8 +129,8 @@ impl Usual {
     }
 }
 
-/// Parts between gaps. Rows that waited for the receiver and then arrived together are not a gap. A row with a wrong
-/// stamp is not a gap either. Such rows get the displacement of the rows before.
+/// Returns the parts between gaps. Rows that waited for the receiver and then arrived together are not a gap. A row with
+/// a wrong stamp is not a gap either. Such rows get the displacement of the rows before.
 fn parts(displacements: &mut [f64], period_us: f64, gap_us: f64) -> Vec<Range<usize>> {
     let mut parts = Vec::new();
     let mut start = 0;

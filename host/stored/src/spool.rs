@@ -126,7 +126,7 @@ impl Spooled for RecordedSample {
     /// Six axes and the load.
     const NUMBERS: usize = 7;
 
-    /// The three codes are: validity, load, label.
+    /// Returns the time, the numbers and three codes: validity, load, label.
     fn encode(&self) -> (u64, impl Iterator<Item = f32>, [u8; 3]) {
         let mut validities = VALIDITIES.iter();
         let validity = validities.position(|(_, known)| *known == self.imu.validity);

@@ -157,7 +157,7 @@ impl FootRows {
         Self { name, rows, load: None, load_rows: 0, samples: 0, unloaded: 0 }
     }
 
-    /// Sentence on samples without a load, though there are loads.
+    /// Returns a sentence on samples without a load, if other samples have loads.
     fn load_notice(&self, place: &str) -> Option<String> {
         let Self { load_rows, unloaded, .. } = self;
         let samples = match unloaded {
@@ -568,7 +568,7 @@ impl Columns {
         Ok(load.map(|load| input_options.table.scale.load * load))
     }
 
-    /// Values of a row; the time is set later.
+    /// Returns the sample of a row, whose time is set later.
     fn sample(
         &self,
         row: &impl Cells,
@@ -684,8 +684,8 @@ impl TimeColumn {
     }
 }
 
-/// Unit in which a number is a plausible time since 1970: from 2001 to 2096 the ranges of the units do not
-/// overlap.
+/// Returns the unit in which a number is a plausible time since 1970. It is unambiguous, because from 2001 to 2096 the
+/// ranges of the units do not overlap.
 fn unit_since_1970(value: f64) -> TimeUnit {
     let units = TimeUnit::COMMON.into_iter().skip(1);
     let is_unit = |unit: &TimeUnit| (1.0e9..=MAX_TIME_S).contains(&(value / unit.per_second()));

@@ -105,7 +105,7 @@ impl Table {
         self.ahead = ahead;
     }
 
-    /// The row with a point before the fraction of each number.
+    /// Returns the row with a decimal point in each number.
     fn with_points(&self, row: Row) -> Row {
         if self.decimal == Decimal::Point || !row.cells.as_slice().contains(',') {
             return row;
@@ -136,8 +136,8 @@ impl Table {
         }
     }
 
-    /// The rows that [`next_row`](Self::next_row) returns next, up to this number. An error among them is returned when
-    /// its row is taken.
+    /// Returns the rows that [`next_row`](Self::next_row) returns next, up to this number. An error among them is
+    /// returned when its row is taken.
     pub fn peek_rows(&mut self, most: usize) -> impl Iterator<Item = &Row> {
         while self.ahead.len() < most && !matches!(self.ahead.back(), Some(Err(_))) {
             match self.read_row().transpose() {

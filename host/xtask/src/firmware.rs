@@ -27,7 +27,7 @@ pub struct Board {
 }
 
 impl Board {
-    /// All boards: each folder of the firmware with a table of pins, which names its program.
+    /// Returns all boards. Each folder of the firmware with a table of pins is a board, and the table names its program.
     ///
     /// # Errors
     /// A table cannot be read, or names no program.

@@ -223,7 +223,8 @@ fn stack_of<'a>(
     Ok(stack)
 }
 
-/// Bytes that a function takes from the stack: it loads the pointer, and subtracts a constant, at once or from a copy.
+/// Returns the number of bytes that a function takes from the stack. It loads the stack pointer and subtracts a constant,
+/// at once or from a copy.
 fn frame_of(body: &str) -> Result<usize> {
     let lines: Vec<&str> = body.lines().map(str::trim).collect();
     let Some(load) = lines.iter().position(|line| line.ends_with(" = instance->w2c_g0;")) else {

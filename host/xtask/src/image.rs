@@ -71,7 +71,8 @@ pub fn write_public_key(private: &Path, public: &Path) -> Result<()> {
     file.with_context(|| public.display().to_string())
 }
 
-/// Copies an ELF under the number that object 0x1F56 of its foot shows: a crash address needs the very ELF.
+/// Copies an ELF under the number that object 0x1F56 of its foot shows, because an address of a crash can only be found
+/// in exactly this ELF.
 fn archive(elf: &Path, number: u32) -> Result<()> {
     let folder = root().join("target/elf");
     fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;

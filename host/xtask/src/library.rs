@@ -268,8 +268,8 @@ fn build(library: &Library<'_>) -> Result<(&'static str, Vec<u8>)> {
         .with(["--package", "estimator-c", "--crate-type", "staticlib", "--features", "alone"])
         .with(["--config", "profile.firmware.panic='abort'", "--config", &level])
         .with(["--config", "profile.firmware.debug=0"])
-        // The name is not quoted: Cargo splits the key at dots, and looks for a target with a dot in its name in the
-        // same way.
+        // The name is not quoted, because Cargo splits the key at dots, and looks for a target with a dot in its name in
+        // the same way.
         .with(["--config", &format!("target.{target}.rustflags={flags:?}")])
         .run()?;
     let folder = root().join("target").join(target).join("firmware");

@@ -25,7 +25,7 @@ pub fn links(document: &str) -> impl Iterator<Item = Link<'_>> {
     })
 }
 
-/// Links whose middle, `](`, is in a part of the document. A text may begin on the line before.
+/// Returns the links whose middle, `](`, is in a part of the document. The text of a link may begin on the line before.
 fn links_of(document: &str, part: Range<usize>) -> Vec<Link<'_>> {
     let middles = document[part.clone()].match_indices("](");
     let link = |(offset, _): (usize, &str)| {
@@ -38,7 +38,8 @@ fn links_of(document: &str, part: Range<usize>) -> Vec<Link<'_>> {
     middles.filter_map(link).collect()
 }
 
-/// Place of the bracket that the text before a link's middle begins with. A text may contain brackets, in pairs.
+/// Returns the place of the bracket that begins the text of a link, given the document before the link's middle. A text
+/// may contain pairs of brackets.
 fn opening(before: &str) -> Option<usize> {
     let mut open = 0;
     before.char_indices().rev().find_map(|(at, letter)| match letter {

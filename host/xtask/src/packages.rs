@@ -29,7 +29,8 @@ struct Dependency {
 
 /// Packages of the workspace.
 pub struct Packages {
-    /// By name: the folder, relative to the root, and the packages of the workspace that it depends on.
+    /// Packages by name, each with its folder, relative to the root, and with the packages of the workspace on which it
+    /// depends.
     all: BTreeMap<String, (String, BTreeSet<String>)>,
 }
 

@@ -10,7 +10,7 @@ use crate::install::{self, Tool};
 
 /// Packages of the tests. They are compiled as one selection, so that nothing is compiled twice: the features of
 /// shared dependencies are the union over all packages. Python is tested with an installed package. The readers of
-/// bags are not among them: they would give the program under test a feature that is off by default, and compile
+/// bags are left out, because they would give the program under test a feature that is off by default, and compile
 /// `SQLite`. The gate tests them by themselves.
 pub const PACKAGES: [&str; 7] = [
     "--workspace",
@@ -37,7 +37,7 @@ pub const TOOLS: [Tool; 3] = [("cc", &["gcc"]), ("c++", &["g++"]), ("cmake", &["
 /// A test fails, or a tool cannot be installed.
 pub fn run() -> Result<()> {
     install::run(&TOOLS)?;
-    // Linking the program of a board keeps one core busy, so the tests are compiled beside it.
+    // Linking the program of a board keeps only one core busy, so the tests are compiled at the same time.
     side_by_side(
         || {
             let board = Board::named(BOARD)?;

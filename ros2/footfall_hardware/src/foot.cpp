@@ -20,7 +20,7 @@ constexpr double RATE_LASTS_S = 0.05;
 
 double zero_or_one(bool is_one) {return is_one ? 1.0 : 0.0;}
 
-/// Returns whether what came at `at_s` still counts at `now_s`. After a clock has been set back nothing does.
+/// Returns whether data received at `at_s` still count at `now_s`. If the clock was set back in between, they do not.
 bool is_recent(double at_s, double now_s, double lasts_s)
 {
   const double age_s = now_s - at_s;

@@ -82,7 +82,7 @@ double number_of(
   return number;
 }
 
-/// Returns whether the next attempt to open a line is due. After a clock has been set back it is.
+/// Returns whether the next attempt to open a line is due. If the clock was set back, it is due at once.
 bool is_due(double newest_attempt_s, double now_s)
 {
   return now_s < newest_attempt_s || now_s - newest_attempt_s >= OPEN_AGAIN_S;

@@ -97,7 +97,7 @@ Received CanBus::next(CanFrame & frame)
   can_frame read{};
   const ssize_t count = ::read(file_.descriptor(), &read, sizeof(read));
   if (count < 0) {
-    // An interface that is down comes back by itself.
+    // The socket is kept, because it works again once the interface is up again.
     return errno == ENETDOWN ? Received::NOTHING : received_nothing();
   }
   if (count != sizeof(read)) {
@@ -128,7 +128,7 @@ std::string SerialPort::open(const std::string & path, unsigned baud)
   }
   ::cfmakeraw(&settings);
   settings.c_cflag |= CLOCAL | CREAD;
-  // A read without a byte fails with EAGAIN, so that no byte is the end of the port.
+  // While no byte is available, a read fails with EAGAIN, so a read of 0 bytes means that the port is gone.
   settings.c_cc[VMIN] = 1;
   settings.c_cc[VTIME] = 0;
   if (::cfsetspeed(&settings, rate->constant) != 0 ||

@@ -93,7 +93,7 @@ pub fn read(
     intake.finish(&container.name)
 }
 
-/// Result of the library, or an error if it finds the file damaged.
+/// Returns the result of a call of the library, or an error if the library finds the file damaged.
 fn sound<T>(file: &str, call: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, InputError> {
     let damaged = |error: ParquetError| {
         // One line, although the library's errors may have several.
@@ -404,7 +404,7 @@ thread_local! {
     static IS_GUARDED: std::cell::Cell<bool> = const { std::cell::Cell::new(false) };
 }
 
-/// Result of `call`; `None` if it panics, in which case nothing is printed.
+/// Returns the result of `call`; `None` if it panics. Nothing is printed about the panic.
 ///
 /// parquet 60 asserts properties of valid files, for instance that ranges are not negative and that levels of
 /// nulls are not empty.

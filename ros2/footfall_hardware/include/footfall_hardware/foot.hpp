@@ -49,13 +49,13 @@ public:
   /// Processes a message of the serial line of this foot.
   void take(const footfall_message & message, double now_s);
 
-  /// Values at a time. A silent foot, and one whose data are not valid, does not stand.
+  /// Returns the values at a time. A foot that is silent or has no valid data does not stand.
   FootValues values(double now_s) const;
 
   /// Expected node id, or 0.
   uint8_t node() const {return node_;}
 
-  /// Node id that the board has instead of the expected one, or 0. Its values are NaN then.
+  /// Returns the node id that the board has instead of the expected one, or 0. With another id, the values are NaN.
   uint8_t wrong_node() const {return wrong_node_;}
 
 private:

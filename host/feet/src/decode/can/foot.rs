@@ -77,7 +77,7 @@ pub(super) enum ClockCorrection {
 }
 
 impl FootOnCan {
-    /// A foot whose first contact, logged at `at`, becomes `row`.
+    /// Creates a foot whose first contact, logged at `at`, becomes `row`.
     pub(super) fn new(
         contact: &Contact,
         row: usize,
@@ -433,7 +433,7 @@ impl Ahead {
 }
 
 impl Mark {
-    /// The first contact of a foot; its short clock is assumed to be in its first turn.
+    /// Creates the mark of a foot's first contact. The short clock is assumed to be in its first turn.
     fn first(short: ShortTime, sequence: u8, at: Option<Timestamp>) -> Self {
         Self {
             micros: u64::from(short.0) * TIME_STEP_US,

@@ -58,7 +58,7 @@ impl SampleTimes {
         }
     }
 
-    /// The rate of the edges, if there were enough of them.
+    /// Returns the figure of the rate of the edges, which is not tested if there were too few edges.
     fn figure(self) -> Figure {
         let spans = (0_u64..).zip(self.spans).filter(|(_, (count, _))| *count > 0);
         let edges: u64 = spans.clone().map(|(k, (count, _))| k * count).sum();

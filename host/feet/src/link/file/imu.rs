@@ -279,7 +279,7 @@ fn status_of(estimate: &ContactEstimate, flags: Flags) -> Status {
     Status::new(estimate.decision, estimate.phase, flags, Faults::NONE)
 }
 
-/// Row with the values of an estimate that a recorded contact also has.
+/// Returns a row with the values of an estimate that a recorded contact also has.
 fn row_of(estimate: &ContactEstimate) -> ContactRow {
     ContactRow {
         timestamp: estimate.timestamp,
