@@ -104,7 +104,7 @@ pub unsafe extern "C" fn footfall_estimator_init(
         check(params)?;
         // SAFETY: Checked, and by the header's terms readable, and not a part of the memory.
         let config = estimator::config(unsafe { &*params });
-        // By reference: a second configuration would be on the stack below the estimator.
+        // The configuration is passed by reference, because a copy would be on the stack below the estimator.
         let config = config.as_ref().map_err(|error| *error)?;
         // SAFETY: The memory is aligned and large enough, and its previous contents need not be dropped.
         let place = unsafe { &mut *(&raw mut (*this).core).cast::<MaybeUninit<_>>() };

@@ -58,7 +58,7 @@ pub(crate) fn config(params: &CParams) -> Result<(Config, Stream), Error> {
     Ok((params.validate().map_err(|_| Error::Learnt)?, stream))
 }
 
-/// Makes an estimator in its place. A function of its own, so that it does not share the stack with the checks.
+/// Makes an estimator in its place. This is a function of its own, so that it does not share the stack with the checks.
 #[inline(never)]
 pub(crate) fn build(
     place: &mut MaybeUninit<ContactEstimator>,
@@ -71,7 +71,7 @@ impl Estimator {
     /// Processes the next sample, and the load if it is known, and writes the estimate.
     ///
     /// # Errors
-    /// The validity of the sample is not one of the constants; the estimator and the estimate have not changed.
+    /// The validity of the sample is not one of the constants. In this case the estimator and the estimate do not change.
     pub fn update(
         &mut self,
         sample: &CSample,
@@ -99,7 +99,7 @@ impl Estimator {
         time.is_some()
     }
 
-    /// Writes the estimate as in the header, without its time. A function of its own, as above.
+    /// Writes the estimate as in the header, without its time. This is a function of its own, as above.
     #[inline(never)]
     fn write(&mut self, estimate: &ContactEstimate, to: &mut CEstimate) {
         *to = CEstimate::from(estimate);

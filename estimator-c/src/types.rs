@@ -9,8 +9,8 @@ use estimator_core::{
 
 use crate::error::Error;
 
-/// `footfall_learnt`: state learnt from a foot, as [`Learnt::to_bytes`] stores it: the same bytes on every machine. The
-/// value of `Default` is rejected.
+/// `footfall_learnt`: state learnt from a foot, as [`Learnt::to_bytes`] stores it, with the same bytes on every machine.
+/// The value of `Default` is rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(C)]
 pub struct CLearnt {
@@ -34,7 +34,7 @@ impl CLearnt {
     /// Returns the learnt state.
     ///
     /// # Errors
-    /// It is of another version, or damaged.
+    /// The state is of another version, or damaged.
     pub fn checked(&self) -> Result<Learnt, Error> {
         Learnt::from_bytes(&self.bytes).map_err(|_| Error::Learnt)
     }

@@ -258,7 +258,7 @@ fn read_whose_time_jumps_costs_its_samples_alone() {
             let jump_us = if sample == 8 * 125 { jump_us } else { 0 };
             (7_000_000 + 1_000 * sample).saturating_add_signed(jump_us)
         });
-        // The foot is proven to stand, and stays it.
+        // The foot is proven to stand, and remains so.
         for (sample, flags) in flags.iter().enumerate().skip(900) {
             let expected = if (1_000..1_008).contains(&sample) { 16 } else { 0 };
             assert_eq!(flags & !32, expected | flags & 64, "{sample}: {jump_us} µs");

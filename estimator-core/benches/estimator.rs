@@ -1,7 +1,8 @@
 //! Cost of the estimator and of its parts on a simulated walk.
 //!
-//! Without arguments: a table of throughputs, the fastest of several passes. With `--once NAME`: one pass of this case, for
-//! `laboratory/measurements/tests/instructions.rs`, which has valgrind count the instructions of [`pass`] alone.
+//! Without arguments it prints a table of throughputs, each of the fastest of several passes. With `--once NAME` it runs one
+//! pass of this case, for `laboratory/measurements/tests/instructions.rs`, which has valgrind count the instructions of
+//! [`pass`] alone.
 
 mod walk;
 

@@ -97,7 +97,7 @@ fn sample_of_bmi270<I2C: I2c, D: embedded_hal::delay::DelayNs>(
     }
 }
 
-/// Sample in place of a failed read, because a sample that is left out would be a gap.
+/// Returns a sample in place of a failed read, because a sample that is left out would be a gap.
 fn invalid(timestamp: Timestamp) -> ImuSample {
     ImuSample { timestamp, validity: Validity::Invalid, ..ImuSample::default() }
 }
@@ -146,7 +146,7 @@ impl SpiDevice for RestingPart {
     }
 }
 
-/// An edge at once, and no wait.
+/// A pin whose edge comes at once, and a delay that does not wait.
 struct AtOnce;
 
 impl embedded_hal::delay::DelayNs for AtOnce {

@@ -7,7 +7,7 @@ docs/guide/own-imus.md shows.
 
 CycloneDDS publishes four IMUs and subscribes to their contacts, on the loopback interface: see
 `host/footfall/tests/python/live.py`. Publisher, subscriber and footfall share this machine, whose other
-programs would otherwise be measured, too: hence the priority.
+programs would otherwise be measured, too, which is why the command raises the priority.
 """
 
 from __future__ import annotations

@@ -4,9 +4,9 @@
 committed files are copied to `target/ablation`, one expression is replaced, and the extension is built there. So no
 switch is part of the estimate.
 
-For each part: the change of the RMSE without it, as recorded and at 1 kHz, on seven sets, on real robots, and on two
-groups of feet that the search of the constants did not use. A positive number is the gain of the part. With `--tests` also the tests
-of behaviour that fail without it, which takes minutes for each part.
+For each part it prints the change of the RMSE without the part, as recorded and at 1 kHz, on seven sets, on real
+robots, and on two groups of feet that the search of the constants did not use. A positive number is the gain of the
+part. With `--tests` it also lists the tests of behaviour that fail without the part, which takes minutes for each part.
 """
 
 from __future__ import annotations

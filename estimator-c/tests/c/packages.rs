@@ -17,7 +17,8 @@ static HOST: LazyLock<PathBuf> = LazyLock::new(|| {
     let host = told.lines().find_map(|line| line.strip_prefix("host: ")).expect("the host");
     let dist = folder().join("../dist");
     fs::create_dir_all(&dist).expect("a folder");
-    // Not by `cargo xtask`, which would compile the dependencies of that package once more, with its features alone.
+    // `cargo xtask` is not used, because it would compile the dependencies of that package once more, with its features
+    // alone.
     library::run_for(host, &dist).expect("it builds")
 });
 
@@ -625,7 +626,7 @@ fn sketch_for_arduino_measures_a_heel_strike() {
         .arg("-o")
         .arg(path("sketch")));
     let printed = String::from_utf8(run(&mut Command::new(path("sketch"))).stdout).expect("text");
-    // At rest, a strike within the range, and one beyond it, which is marked.
+    // The sensor is at rest, then has a strike within the range, and then one beyond it, which is marked.
     assert_eq!(printed, "1.00 0\n12.00 0\n16.00 1\n");
 }
 

@@ -1,7 +1,7 @@
 //! A foot on a bench: the simulated sensor, virtual time, and all of its output.
 //!
 //! Time is that of the sensor. The executor polls the sampling loop until it waits, advances time to the next
-//! moment that a task waits for, and polls again: the same run always gives the same bits.
+//! moment that a task waits for, and polls again. So the same run always gives the same bits.
 
 use std::cell::{Cell, RefCell};
 use std::pin::pin;

@@ -115,7 +115,7 @@ fn a_minute_without_a_receiver_costs_frames_but_no_tick() {
     bench.can_listens = true;
     bench.uart_listens = true;
     bench.still();
-    // The first frames are of the last few ticks: 16 frames, some of which are not contacts.
+    // The first 16 frames are of the last few ticks. Some of them are not contacts.
     let newest = bench.foot.estimate().timestamp;
     let oldest = bench.uart.iter().find_map(|message| match message {
         Message::Contact(contact) => Some(contact.timestamp),

@@ -51,7 +51,7 @@ const MOUNTINGS: [(&[(u8, Value)], &str); 3] = [
 
 /// Time of the first write, ms; the other settings follow.
 const WRITTEN_MS: u64 = 300;
-/// Time from which the foot lies still again, as at the start, ms; in between it is moved.
+/// Time from which the foot lies still again, as at the start, ms. It is moved before this time.
 const STILL_MS: u64 = 2000;
 const END_MS: u64 = 3000;
 
@@ -170,7 +170,7 @@ fn bits(estimates: &[ContactEstimate]) -> Vec<String> {
     let relative = estimates.iter().map(|estimate| {
         let micros = estimate.timestamp.as_micros() - start;
         let timestamp = Timestamp::from_micros(micros);
-        // The shortest unambiguous text, which distinguishes −0 from 0.
+        // `{:?}` writes the shortest unambiguous text, which distinguishes −0 from 0.
         format!("{:?}", ContactEstimate { timestamp, ..*estimate })
     });
     relative.collect()

@@ -16,8 +16,8 @@ const BEGIN: u64 = 1500 * MS;
 /// Duration of a fault.
 const DURATION: u64 = 150 * MS;
 
-/// A fault; the emergency messages that report it, in order; the time after which no frame is valid, ns: one tick,
-/// unless the fault takes longer to detect; whether the board counts edges, without which samples are only stale.
+/// A fault; the emergency messages that report it, in order; the time after which no frame is valid, ns, which is one tick
+/// unless the fault takes longer to detect; and whether the board counts edges. Without the count, samples are only stale.
 type Case = (PartFault, &'static [Fault], u64, bool);
 
 const CASES: [Case; 7] = [
@@ -167,7 +167,7 @@ fn a_half_dead_sensor_is_reported_with_its_axes_and_never_trusted() {
 fn a_foot_at_rest_has_no_frozen_axis() {
     let mut bench = Bench::new(Settings::default());
     let mut reported = Vec::new();
-    // Ten minutes, or a part of them.
+    // The run lasts ten minutes, or a part of them.
     let ns = 600 * SECOND / STRIDE as u64;
     run(Run::default(), &standing(), &mut bench, ns, |bench, _, _| {
         reported.extend(bench.emergencies());
@@ -252,7 +252,7 @@ fn samples_are_read_by_the_timer_where_no_edge_comes() {
                 faults.push((emergency.code != 0, emergency.fault, now));
             }
         });
-        // One outage, because of a restart, although the line remains dead.
+        // There is one outage, because of a restart, although the line remains dead.
         let [from, to] = outages[..] else {
             panic!("{outages:?}");
         };
@@ -347,7 +347,7 @@ fn a_sensor_beyond_its_range_is_doubted_from_the_first_sample() {
         let seen = watch(PartFault::Saturation, BEGIN + phase * 113_313, false);
         assert!(seen.doubted.is_some_and(|ns| ns <= 2 * MS), "{seen:?}");
         assert!(seen.last_stable.unwrap_or(0) <= 2 * MS, "{seen:?}");
-        // An impact lasts milliseconds; saturation of fifty is a fault.
+        // An impact lasts some milliseconds, whereas a saturation of fifty is a fault.
         assert!(seen.flagged.is_some_and(|ns| (48 * MS..52 * MS).contains(&ns)), "{seen:?}");
         assert_eq!((seen.reported, seen.restarts), (vec![Fault::SensorSaturated], 0));
         assert!(seen.recovered.is_some() && seen.stable_again);

@@ -139,7 +139,7 @@ fn a_power_cut_in_a_store_leaves_the_old_or_new_settings() {
     let mut flash = Flash::blank();
     let mut old = Settings::default();
     let (mut cuts, mut erases) = (0, 0);
-    // Enough stores to fill both pages and to continue over them.
+    // These are enough stores to fill both pages and to continue over them.
     for number in 0..=12 {
         let new = settings(number);
         let next = stored(flash.clone(), &new);

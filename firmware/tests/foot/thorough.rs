@@ -8,5 +8,5 @@ mod correction;
 mod faults;
 mod storage;
 
-/// Every how many of the cases of a sweep is tried.
+/// The sweeps try one case in this many, so they try all.
 const STRIDE: usize = 1;

@@ -3,7 +3,7 @@
 The filter is that of the notebook `base_velocity.ipynb`: orientation R, velocity v and the biases of the base's IMU. A
 foot that moves with u against the base, in the frame of the base, measures Rᵀ v = −u with the covariance
 (noise of the joints)² + σ². The ways differ only in σ. Each constant σ is the best one for this robot, chosen with the
-truth that scores it, but that of the truth itself is fixed. `sigma_v` has none.
+truth that scores it, except that the σ of the truth itself is fixed. The way `sigma_v` has no such constant.
 """
 
 from __future__ import annotations

@@ -52,7 +52,7 @@ def write(node, index, sub, data):
 
 
 class Received:
-    """Messages of a node from now on, in order: the waits of python-canopen miss messages that come before them."""
+    """Messages of a node from now on, in order, because the waits of python-canopen miss messages that come earlier."""
 
     def __init__(self, add_callback, value=lambda message: message):
         self.messages = lock_step.Queue()

@@ -6,7 +6,7 @@ Neither exists as a package, so both sequences are written here from their sourc
 
 Then the foot is updated over its serial line, on which the bootloader acts as an adapter.
 
-The foot is in lock step: timeouts are in its time.
+The foot is in lock step, so timeouts are in its time.
 
 usage: update.py SOCKET SOCKET_OF_SERIAL_LINE EDS IMAGE SECOND_IMAGE
 """
