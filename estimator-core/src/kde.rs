@@ -153,7 +153,7 @@ impl Kernel {
     /// A kernel of standard deviation `bandwidth` (h), integrated over ±`half_width` (δ), both in
     /// the unit of the axis. [`Params`](crate::Params) has checked that both are positive.
     #[must_use]
-    // Not inlined: it runs at a start, once for each of several values.
+    // Not inlined, because it runs only at a start, once for each of several values.
     #[inline(never)]
     pub(crate) fn new(bandwidth: f32, half_width: f32) -> Self {
         let tail = TAIL_BANDWIDTHS * bandwidth;

@@ -1,8 +1,8 @@
 """Controller of a quadruped that knows its true state.
 
 The forces of the standing feet hold the body. They are the smallest forces, by least squares, whose sum and moment
-accelerate the body as wanted. A foot that swings follows a smooth curve to the next foothold. Torques are Jᵀ times the force
-of a standing foot, and the inertia of the leg times the acceleration of a swinging one, plus gravity.
+accelerate the body as wanted. A foot that swings follows a smooth curve to the next foothold. Torques are Jᵀ times the
+force of a standing foot, and the inertia of the leg times the acceleration of a swinging one, plus gravity.
 
 Speeds and durations scale with the height h of the robot: √(g h) and √h.
 """

@@ -62,7 +62,7 @@ pub fn wiring(p: Peripherals) -> Wiring {
         flash: p.FLASH,
         usb: p.USB,
         sensor: sensor::Parts { controller: p.I2C0, data: p.PIN_12, clock: p.PIN_13 },
-        // The sensor enters I3C mode if INT1 is high at power-up: hence a pull-down, never a pull-up.
+        // The sensor enters I3C mode if INT1 is high at power-up, so the pin has a pull-down, never a pull-up.
         data_ready: Some(Input::new(p.PIN_24, Pull::Down)),
         led: Output::new(p.PIN_6, Level::Low),
         // The radio would take most of the current.
