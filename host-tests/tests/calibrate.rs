@@ -95,7 +95,7 @@ fn lying(sides: &[Vector], bias: Vector, scale: Vector, gyro_bias: Vector) -> Re
     recording
 }
 
-/// Sides placed by hand: no side is exactly level.
+/// Returns sides as placed by hand, of which none is exactly level.
 fn six_sides() -> Vec<Vector> {
     [
         [1.0, 0.05, -0.08],

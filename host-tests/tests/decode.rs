@@ -239,11 +239,11 @@ fn serial_damage_costs_only_the_hit_frames_and_is_counted() {
     let mut damaged = clean;
     // The damage begins at the end of the recording, so that earlier positions stay valid. The last frame is cut off.
     damaged.truncate(damaged.len() - 3);
-    // Garbage between two frames, with and without a terminator: neither damages a frame.
+    // Garbage between two frames damages no frame, with or without a terminator.
     let garbage: Vec<u8> = (1..=200).map(|k| (k * 37 % 255) as u8 + 1).collect();
     damaged.splice(starts[9000]..starts[9000], garbage.iter().copied().chain([0]));
     damaged.splice(starts[8000]..starts[8000], garbage);
-    // A frame of another version: its CRC is not updated, so it counts as damaged.
+    // The CRC of this frame of another version is not updated, so the frame counts as damaged.
     damaged[starts[7000] + 2] ^= 2;
     // Ten whole frames are lost.
     damaged.drain(starts[6000]..starts[6010]);

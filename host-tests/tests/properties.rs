@@ -143,7 +143,7 @@ fn estimator(params: &AnyParams, stream: Stream) -> AnyEstimator<CAPACITY> {
     AnyEstimator::new(&params.validate(stream).expect("parameters in their ranges"))
 }
 
-/// Maximum amount by which a partial probability may be below the total: rounding.
+/// Maximum amount by which a partial probability may be below the total, because of rounding.
 const ABOVE_THE_WHOLE: f32 = 1.0e-5;
 
 fn assert_is_sound(estimate: &ContactEstimate) -> Result<(), TestCaseError> {

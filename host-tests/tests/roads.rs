@@ -455,7 +455,7 @@ fn recipes_for_arrays_give_the_samples_of_the_walk() {
     let packages = packages::install("python-roads", REQUIREMENTS).expect("they are there");
     let target = tempfile::tempdir().expect("a folder");
     let walk = folder.join("walk.csv");
-    // The code in Python within an advice: after a colon, and up to a remark for people.
+    // Returns the code in Python within an advice, without the words before it and the remark after it.
     let recipe = |kind: FileKind| {
         let advice = kind.advice().expect("a recipe");
         let from = advice.find("m = numpy").or_else(|| advice.find("m = scipy"));

@@ -14,7 +14,7 @@ use samples::estimate::estimates_of;
 use wire::Address;
 use wire::dictionary::index;
 
-/// The bandwidths are in the estimator, the noise is in the driver: neither crate knows the other.
+/// The bandwidths are in the estimator and the noise is in the driver, and neither crate knows the other.
 #[test]
 fn the_default_bandwidths_match_the_sensor_noise() {
     let noise = Config::FRESH_KILOHERTZ.noise();

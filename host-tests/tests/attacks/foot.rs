@@ -14,10 +14,10 @@ pub const GRAVITY: f64 = 9.806_65;
 /// Noise of the sensor, m/s² and rad/s.
 pub const NOISE: (f64, f64) = (0.02, 0.0012);
 
-/// Time after touchdown from which a stance is checked, s: the ringing has decayed.
+/// Time after touchdown from which a stance is checked, s, because the ringing has decayed by then.
 pub const SETTLED: f64 = 0.12;
 
-/// Time at the start of a swing that is not checked, s: a probability needs time to fall.
+/// Time at the start of a swing that is not checked, s, because a probability needs time to fall.
 pub const LIFTED: f64 = 0.015;
 
 /// Steps after which the estimates have to be right again.

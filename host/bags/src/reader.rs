@@ -92,7 +92,7 @@ impl Visitor for Reader<'_> {
         }
         let Some(first) = self.first_feed(&channel.topic) else {
             self.sidecar.process(channel, log_ns, payload);
-            // Contacts arrive only if they are read: see `channel`.
+            // Messages of contacts arrive only if contacts are read (see `channel`).
             let processed = self.contacts.process(channel, log_ns, payload);
             return processed.map_err(|source| InputError::spool(self.file, source));
         };

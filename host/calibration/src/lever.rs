@@ -261,7 +261,8 @@ impl Sums {
         let Some(first) = stance.first() else {
             return;
         };
-        // Directions that rest in the world: two level ones, along which a false idea of up leaves gravity, and up.
+        // Directions that rest in the world: two level directions, along which gravity remains if the estimate of up is
+        // wrong, and up.
         let up = first.measured.up;
         let level = if up.x.abs() < 0.7 { AXES[0].cross(up) } else { AXES[1].cross(up) };
         let level = level * (1.0 / level.length());

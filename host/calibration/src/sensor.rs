@@ -211,7 +211,7 @@ fn fit(forces: &[Vector]) -> Result<Unknowns, RestsError> {
     let span = |axis: usize| RestsError::Span { orientations: forces.len(), axis: AXES[axis % 3] };
     let mut unknowns = PERFECT;
     let mut covariance = [[0.0; 6]; 6];
-    // Quadratic convergence from an error of a few per cent: far more iterations than needed.
+    // These are far more iterations than needed, because the convergence is quadratic from an error of a few per cent.
     for _ in 0..20 {
         let mut normal = [[0.0; 6]; 6];
         let mut gradient = [0.0; 6];

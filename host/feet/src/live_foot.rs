@@ -169,8 +169,8 @@ impl LiveFoot {
         self.second.is_of_several_boards(newest)
     }
 
-    /// Returns whether the newest contact is more than half a second older than `now`, for display: a stall of
-    /// this machine counts.
+    /// Returns whether the newest contact is more than half a second older than `now`, for display. A stall of this
+    /// machine counts as silence.
     #[must_use]
     pub fn is_silent(&self, now: Timestamp) -> bool {
         let (newest, _) = self.contact.unwrap_or_default();

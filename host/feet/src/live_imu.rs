@@ -21,7 +21,7 @@ use crate::link::{Arrival, Arrived, Remark};
 use crate::sample_times::{FoundTiming, Placed, SampleTimes, first_rate};
 use crate::source::Playback;
 
-/// Format by which the parameters are chosen: the unit of a load is the unit of a message.
+/// Format by which the parameters are chosen, because the unit of a load is that of a message.
 const FORMAT: Format = Format::Mcap;
 
 /// Rate at which the parameters are checked before the first sample, Hz.

@@ -118,7 +118,7 @@ fn zstd_error(error: &io::Error) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, format!("the zstd data are damaged: {error}"))
 }
 
-/// The consecutive frames of a zstd file: a file that was appended to has several.
+/// The consecutive frames of a zstd file, which has several if data were appended to it.
 struct Frames {
     /// `None` after the last frame.
     decoder: Option<FrameReader>,

@@ -191,7 +191,7 @@ const BEGINNINGS: &[(&[u8], FileKind)] = &[
     (b"LOGG", FileKind::Blf),
     (b";$FILEVERSION", FileKind::Trc),
     (b";##########", FileKind::Trc),
-    // One compression has already been removed: such a file was compressed twice.
+    // One compression has already been removed, so such a file was compressed twice.
     (b"\x1f\x8b\x08", FileKind::CompressedTwice),
     (b"\x28\xb5\x2f\xfd", FileKind::CompressedTwice),
     // JSON, HTML and XML.

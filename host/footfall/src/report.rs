@@ -108,8 +108,8 @@ impl<'a, R: Described> Document<'a, R> {
         Self { schema: R::SCHEMA, version: Some(env!("CARGO_PKG_VERSION")), report }
     }
 
-    /// Wraps the state of a foot for printing, without the version of the program: it would be repeated in every line, and
-    /// could be mistaken for the version of the foot.
+    /// Wraps the state of a foot for printing. The version of the program is left out, because it would be repeated in
+    /// every line, and could be mistaken for the version of the foot.
     pub const fn line(report: &'a R) -> Self {
         Self { version: None, ..Self::of(report) }
     }

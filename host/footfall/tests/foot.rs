@@ -170,7 +170,7 @@ fn interrupted_id_change_is_completed() {
     // The command may end before it is interrupted.
     wait_until("an interruption before the end", || {
         let child = start();
-        // Half of the processor time of a whole run: the program has started its request by then, and has not ended.
+        // After half of the processor time of a whole run, the program has started its request and has not ended.
         let is_over = || {
             let (has_ended, used) = ended_and_ticks(&child);
             has_ended || used > ticks / 2

@@ -46,7 +46,7 @@ fn third_party_client_receives_every_recorded_message() {
         for (topic, _) in topics.all() {
             assert!(counts.contains_key(topic), "{topic}: {counts:?}");
         }
-        // At least two of the six seconds: the client connects as soon as the server is up.
+        // The client connects as soon as the server is up, so it receives at least two of the six seconds.
         let contacts = counts[topics.contact.as_ref()];
         assert!((2000..=6000).contains(&contacts), "{counts:?}");
     }
@@ -256,7 +256,7 @@ fn plotjuggler_layout_uses_published_fields() {
             continue;
         };
         let name = name.split('"').next().expect("a name");
-        // One topic name may be the prefix of another: the longest match is used.
+        // The longest match is used, because one topic name may be the prefix of another.
         let mut topics: Vec<String> = FEET
             .map(FootTopics::of)
             .iter()

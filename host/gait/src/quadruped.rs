@@ -73,8 +73,8 @@ impl fmt::Display for ShortBout {
 
 impl Error for ShortBout {}
 
-/// Returns the seed of a leg's steps and sensor, or, for [`LEGS`], of the sensor of the base: each part of each robot
-/// has its own.
+/// Returns the seed of a leg's steps and sensor, or, for [`LEGS`], of the sensor of the base. Each part of each robot has
+/// its own seed.
 #[must_use]
 pub const fn part_seed(seed: u64, part: usize) -> u64 {
     seed ^ ((part as u64 + 1) << 48)

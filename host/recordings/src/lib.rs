@@ -159,7 +159,7 @@ impl Opened {
         feet.pop().ok_or_else(|| InputError::empty(&file))
     }
 
-    /// Returns whether [`Self::stream`] reads the file: it is a table with a header, whose times are in order or refused.
+    /// Returns whether [`Self::stream`] can read the file: a table with a header, in which a time out of order is an error.
     #[must_use]
     pub fn can_stream(&self, input_options: &InputOptions) -> bool {
         matches!(self.source, Source::Table(_))

@@ -216,7 +216,7 @@ impl Events {
         self.known.into_iter().chain(self.unstable)
     }
 
-    /// Ends a stretch: the decision is "stable" again at `now`, or the recording ends.
+    /// Ends a stretch, because the decision is "stable" again at `now`, or because the recording ends.
     fn end(&mut self, unstable: &Unstable, now: Option<Timestamp>) {
         let stood = unstable.stood();
         let verdict = unstable.verdict(now.is_some());

@@ -174,7 +174,7 @@ impl TwistWithCovarianceStamped {
     pub const TYPE: &'static str = "geometry_msgs/msg/TwistWithCovarianceStamped";
 }
 
-/// Reads a text of any content: in CDR it is a byte count followed by the bytes. Bytes that are not UTF-8 are replaced.
+/// Reads a text of any content, which in CDR is a byte count followed by the bytes. Bytes that are not UTF-8 are replaced.
 fn text<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
     deserializer.deserialize_bytes(TextVisitor)
 }

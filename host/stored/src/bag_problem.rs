@@ -268,7 +268,7 @@ pub enum LoadProblem {
     Definition(DefinitionProblem),
     /// The numbers of the type are known. No number is named, or the messages lack the named one.
     Known(KnownLoad),
-    /// No number is named: these are the numbers of the definition.
+    /// No number is named. The definition has these numbers.
     Numbers(Vec<String>),
     /// The messages lack the number that is named.
     NoNumber(DefinitionProblem),

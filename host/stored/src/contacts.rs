@@ -22,7 +22,7 @@ pub const NO_VECTOR: Vec3 = Vec3::new(UNKNOWN, UNKNOWN, UNKNOWN);
 pub const NO_ORIENTATION: Quaternion =
     Quaternion { w: UNKNOWN, x: UNKNOWN, y: UNKNOWN, z: UNKNOWN };
 
-/// Maximum age of the orientation of a contact, µs: feet send one every 20 ms.
+/// Maximum age of the orientation of a contact, µs. Feet send an orientation every 20 ms.
 const OLDEST_ORIENTATION_US: i64 = 25_000;
 
 /// Contact as a foot sent it. Numbers that were not recorded are NaN.

@@ -327,7 +327,7 @@ pub enum Problem {
         /// All topics with samples of an IMU, and their frames.
         frames: Vec<ImuTopic>,
     },
-    /// The topic of the foot is ambiguous: these have samples of an IMU.
+    /// The topic of the foot is ambiguous, because several topics, these, have samples of an IMU.
     SeveralTopics(Vec<ImuTopic>),
     /// The file has these feet, but one is expected.
     SeveralFeet(Vec<String>),

@@ -195,8 +195,8 @@ pub fn longest_increase(times_us: &[i64]) -> Vec<bool> {
     kept
 }
 
-/// Number of rows that are left out because their stamps jitter: each is in the wrong order, not repeated, and close to
-/// the rows around it.
+/// Returns the number of rows that are left out because their stamps jitter. Such a row is in the wrong order, not
+/// repeated, and close to the rows around it.
 pub fn jittering(times_us: &[i64], kept: &[bool]) -> usize {
     let mut steps = Steps::default();
     let mut newest_us = None;
@@ -219,7 +219,7 @@ pub fn jittering(times_us: &[i64], kept: &[bool]) -> usize {
     count
 }
 
-/// Step below which rows arrive together, µs: no sensor is read at this rate.
+/// Step below which rows arrive together, µs. No sensor is read at such a rate.
 const LEAST_STEP_US: u64 = 100;
 
 /// Step from which the clock jumps, µs, if it is also [`UNUSUAL`].
@@ -312,7 +312,7 @@ mod tests {
 
     #[test]
     fn jitter_does_not_bias_the_rate() {
-        // Few short steps compensate small delays: the median is 1003 µs.
+        // The median is 1003 µs, because few short steps compensate small delays.
         let times: Vec<_> = [1003, 1003, 1003, 991]
             .into_iter()
             .cycle()

@@ -277,8 +277,8 @@ impl<'a> Intake<'a> {
         Ok(self.feet.len() - 1)
     }
 
-    /// Decides whether one of several columns names feet, once its name has changed: it does if the time has gone back.
-    /// Returns the name of the foot.
+    /// Decides whether one of several columns names feet, once its name has changed. It names feet if the time has gone
+    /// back. Returns the name of the foot.
     fn after_names(&mut self, row: &impl Cells) -> Result<String, InputError> {
         let before = std::mem::replace(&mut self.foot_column, FootColumn::None);
         let FootColumn::Possible(candidates) = before else { return Ok(String::new()) };

@@ -73,7 +73,7 @@ fn has_header(table: &mut Table) -> Result<bool, InputError> {
 /// Treatment of blank cells of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Blanks {
-    /// Error: a table of ours has no blank cells.
+    /// It is an error, because a table of ours has no blank cells.
     Refused,
     /// The axis is NaN. A row without any other value belongs to another signal and is left out.
     NotANumber,

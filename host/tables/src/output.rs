@@ -46,9 +46,9 @@ const FOOT: &str = "foot";
 pub enum RowNames {
     /// None: the table is of one foot.
     Absent,
-    /// The name of the foot: the table is of the feet of a recording, one after the other.
+    /// The name of the foot, in a table of the feet of one recording, one after the other.
     Foot,
-    /// The name of the recording, followed by the name of the foot if it has one: the table is of several recordings.
+    /// The name of the recording, followed by the name of the foot if it has one, in a table of several recordings.
     Recording,
 }
 

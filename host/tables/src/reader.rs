@@ -15,7 +15,7 @@ use stored::container::Text;
 use stored::error::{InputError, Place, Problem, RowPlace};
 use stored::iso8601::micros_since_1970;
 
-/// Number of separators from which a line is a row: six axes need them.
+/// Number of separators from which a line is a row, because six axes need five separators.
 const SEPARATORS_OF_A_ROW: usize = 5;
 
 /// A text that ends with a line feed.
@@ -177,9 +177,9 @@ impl Table {
         }
     }
 
-    /// Line of the row just read. The position in a record is not usable: it is the start of the blank lines before the
-    /// record. The reader, however, is right after the row's line feed. The last row has one as well, because one is
-    /// appended to the file.
+    /// Returns the line of the row just read. The position in a record is not usable, because it is the start of the blank
+    /// lines before the record. The reader, however, is right after the row's line feed. The last row also has a line feed,
+    /// because one is appended to the file.
     fn line(&self) -> u64 {
         self.reader.position().line() - 1
     }
@@ -295,7 +295,7 @@ pub trait Cells {
     /// Number in a cell; `None` if it is blank.
     fn optional(&self, index: usize, name: &str) -> Result<Option<f64>, InputError>;
 
-    /// Number in a cell if it is an integer: nanoseconds have more digits than an f64.
+    /// Returns the number in a cell if it is an integer. This keeps nanoseconds, which have more digits than an f64.
     fn whole(&self, index: usize) -> Option<i64>;
 
     /// Time in a cell, µs, if the cell defines its unit.
@@ -394,7 +394,7 @@ const LONGEST_PREAMBLE: u64 = 1 << 14;
 /// Most lines above a header.
 const LONGEST_PREAMBLE_LINES: usize = 50;
 
-/// Number of commas in the first line from which a table is separated by commas: six axes need them.
+/// Number of commas in the first line from which a table is separated by commas, because six axes need five separators.
 const SURELY_COMMAS: usize = 5;
 
 /// Properties found in the first lines of a file.

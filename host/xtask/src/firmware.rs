@@ -12,7 +12,7 @@ use crate::command::{Step, root};
 /// Target of the firmware.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// Limit of the flash that a program may take, bytes: its slot has 127.5 KiB.
+/// Limit of the flash that a program may take, bytes. Its slot has 127.5 KiB.
 const FLASH_BUDGET: u64 = 120 * 1024;
 
 /// Limit of the static RAM that a program may take, bytes.

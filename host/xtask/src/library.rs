@@ -132,7 +132,7 @@ const FILES: [(&str, &str); 6] = [
 /// Documentation of the archive, whose links lead into the repository.
 const PAGE: &str = "docs/guide/your-own-board.md";
 
-/// Name of the folder in the archive, without a version: it is the name of a component of ESP-IDF.
+/// Name of the folder in the archive. It has no version, because it is the name of a component of ESP-IDF.
 const NAME: &str = "footfall_estimator";
 
 /// Folder of the file of C in `src`, and name of a target for it.

@@ -58,7 +58,7 @@ impl Packages {
         Ok(Self { all })
     }
 
-    /// Package of a file: the one with the longest folder that contains it.
+    /// Returns the package of a file: of all packages whose folder contains the file, the one with the longest folder.
     fn owner(&self, path: &str) -> Option<&str> {
         let rest = |folder: &str| path.strip_prefix(folder);
         let owns = |folder: &str| rest(folder).is_some_and(|rest| rest.starts_with('/'));

@@ -224,7 +224,7 @@ impl LiveDecoder {
         self.messages.push_back(FootMessage { at, foot, body });
     }
 
-    /// Advances the time to `now` without reception: a contact whose timeout has expired is released.
+    /// Advances the time to `now` without reception, and releases the contacts whose timeout has expired.
     pub fn idle(&mut self, now: Timestamp) {
         for serial in self.serial.values_mut() {
             let silent_us = now.as_micros().saturating_sub(serial.newest.as_micros());

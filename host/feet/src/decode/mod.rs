@@ -114,7 +114,7 @@ fn stream(
         let file = file.to_owned();
         return Err(DecodeError::Foreign { file, kind });
     }
-    // Log formats are tried first: a log truncated by a loss of power may contain zeros, but a
+    // Log formats are tried first, because a log truncated by a loss of power may contain zeros, whereas a
     // recording of the serial line contains no line of a log.
     let reader = recognise(&head);
     let whole = Cursor::new(head).chain(&mut source);

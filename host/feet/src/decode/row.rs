@@ -52,7 +52,7 @@ pub enum ClockTurn {
     /// Known, from a health frame or from the contacts since then. On a serial line the turn is always known.
     #[default]
     Known,
-    /// Assumed by the time of reception: no health frame was received since the start or a loss.
+    /// Assumed by the time of reception, because no health frame was received since the start or a loss.
     NotYet,
 }
 

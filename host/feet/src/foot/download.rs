@@ -21,7 +21,7 @@ const LARGEST_BLOCK: u8 = 127;
 /// called with the number of bytes that have arrived.
 ///
 /// # Errors
-/// The download is refused, or a response is missing: the download is aborted then.
+/// The download is refused, or a response is missing. In the latter case the download is aborted.
 pub(super) fn download(
     client: &mut Client,
     node: NodeId,

@@ -61,8 +61,8 @@ impl RecordArguments {
         let path = self.output.as_path();
         finish_when_interrupted();
         let (sources, feet) = self.listen.sources_and_feet()?;
-        // A file is read at full speed, unless a time is given: then as many seconds of data are recorded. Simulated feet walk
-        // without end, so they are recorded in real time like others.
+        // A file is read at full speed. If a time is given, as many seconds of data are recorded instead. Simulated feet
+        // walk without end, so they are recorded in real time like others.
         let is_file = |source: &Source| source.file().is_some() && self.seconds.is_none();
         let sources = sources
             .into_iter()

@@ -294,7 +294,7 @@ fn time_title(start_us: i64) -> String {
     if start_us == 0 {
         "time (s)".to_owned()
     } else {
-        // Exact: an f64 holds these times to a microsecond.
+        // This is exact, because an f64 holds these times to a microsecond.
         format!("time (s) since t = {} s", start_us as f64 / 1.0e6)
     }
 }

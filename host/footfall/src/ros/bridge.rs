@@ -65,7 +65,7 @@ const UNKNOWN: f64 = 1.0e4;
 /// (docs/reference/evaluation.md).
 const INCLINATION_SIGMA: f64 = 2.0 * std::f64::consts::PI / 180.0;
 
-/// Covariance of an orientation about x, y and z of the world: the heading is arbitrary.
+/// Covariance of an orientation about x, y and z of the world. About z it is unknown, because the heading is arbitrary.
 const ORIENTATION: [f64; 9] = diagonal([
     INCLINATION_SIGMA * INCLINATION_SIGMA,
     INCLINATION_SIGMA * INCLINATION_SIGMA,
@@ -197,7 +197,7 @@ impl Bridge {
         sent
     }
 
-    /// Returns the messages due at the end of reception: all feet are silent.
+    /// Returns the messages due at the end of reception, which report all feet as silent.
     pub fn end(&mut self, session: &Session) -> Vec<Published> {
         let listening = session.listening();
         let all_feet = self.all_feet.as_mut();
@@ -378,7 +378,7 @@ impl FootMessages {
         is_valid.then(|| with_noise(self.imu(stamp, None, rate, force)))
     }
 
-    /// Returns the diagnostics if they are due at `at`: the condition has changed, or a second has passed.
+    /// Returns the diagnostics if they are due at `at`, because the condition has changed or a second has passed.
     fn diagnostics(&mut self, foot: &LiveFoot, at: Timestamp) -> Option<Published> {
         let is_shared = foot.is_of_several_boards();
         let condition = (foot.faults, self.is_silent, is_shared, self.findings.len());

@@ -258,7 +258,7 @@ impl Compat {
 
 /// Stances of all feet of a robot, in the order of its [`Body`].
 struct RobotStances<'a> {
-    /// Header with the time of the newest sample, without a frame: the feet have none in common.
+    /// Header with the time of the newest sample. It has no frame, because the feet have none in common.
     header: Header,
     stands: &'a [bool],
     /// Frames of the feet.

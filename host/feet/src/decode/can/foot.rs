@@ -72,7 +72,7 @@ pub(super) enum ClockCorrection {
     None,
     /// The turn is known from this row on, which shifts the times by a number of µs.
     Turn(usize, i64),
-    /// A turn as in [`Turn`](Self::Turn), before whose row the foot has restarted: its clock went back.
+    /// A turn as in [`Turn`](Self::Turn), before whose row the foot has restarted, because its clock went back.
     Restart(usize, i64),
 }
 
@@ -177,7 +177,7 @@ impl FootOnCan {
         (self.mark, self.sequence) = (next, next.sequence);
     }
 
-    /// Processes a contact whose number does not agree with its time: the log's clock determines the turn.
+    /// Processes a contact whose number does not agree with its time, so that the log's clock determines the turn.
     /// Returns `None` for a duplicate.
     fn take_by_log(
         &mut self,
@@ -361,11 +361,11 @@ const LONGEST_BRIDGE_US: i64 = 86_400_000_000;
 /// Largest step back of frames out of order, µs; a larger one means that the log's clock was set back.
 const LONGEST_RETURN_US: i64 = -1_000_000;
 
-/// Limit of a step back if the log has no times, µs: a step that falls short of a full turn by less than
-/// this is an overtaken frame.
+/// Limit of a step back if the log has no times, µs. A step that falls short of a full turn by less than this limit
+/// is a frame that was overtaken.
 const OVERTAKEN_US: i64 = TURN_US / 8;
 
-/// Permitted difference between the clocks of foot and log, µs: frames wait in adapters and queues.
+/// Permitted difference between the clocks of foot and log, µs, because frames wait in adapters and queues.
 const TOLERANCE_US: i64 = TURN_US / 4;
 
 /// Step and turn of the foot's short clock, µs.

@@ -28,10 +28,10 @@ use foot::{ClockCorrection, FootOnCan, Syncs};
 /// Meaning of a frame's time of reception.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Reception {
-    /// Approximate time on the bus: the log was written as frames arrived.
+    /// Approximate time on the bus, because the log was written as frames arrived.
     #[default]
     Logged,
-    /// Time of reading: the frame may have been queued, and later frames may have been dropped.
+    /// Time of reading, before which the frame may have been queued and later frames may have been dropped.
     Live,
 }
 
@@ -41,7 +41,7 @@ pub(crate) struct CanDecoder {
     /// Newest rows.
     pub(crate) rows: PendingRows,
     pub(crate) report: Report,
-    /// Feet by interface and node id: feet on two buses may share an id.
+    /// Feet by interface and node id, because feet on two buses may share an id.
     feet: BTreeMap<(String, u8), FootEntry>,
     /// SYNCs by interface.
     syncs: BTreeMap<String, Syncs>,
@@ -239,7 +239,7 @@ impl CanDecoder {
         }
     }
 
-    /// Processes the start of a foot: its clock and sequence numbers restart.
+    /// Processes the start of a foot, whose clock and sequence numbers then restart.
     fn boot_up(&mut self, interface: &str, node: NodeId) {
         let entry = self.feet.get_mut(&(interface.to_owned(), node.get()));
         let Some(entry) = entry.filter(|entry| entry.foot.is_some()) else {

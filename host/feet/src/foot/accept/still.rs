@@ -202,7 +202,7 @@ fn of_motions(client: &mut Client, motions: &[FootMotion]) -> StepFigures {
     let axes = if is_raw {
         statistics.rate.to_array().map(Some)
     } else {
-        // The rate in frames of a bus has no bias left: the foot has subtracted it.
+        // The rate in frames of a bus has no bias left, because the foot has subtracted it.
         gyroscope_bias_rad_s(client)?.map(|axis| axis.map(f64::from))
     };
     let largest =

@@ -16,7 +16,7 @@ const SIDE: f64 = 0.35;
 /// Least angle by which gravity moves in a turn, rad: 45°.
 const TURN: f64 = 0.785;
 
-/// Longest turn, s: errors of the rate add up.
+/// Longest turn, s. It is limited, because errors of the rate add up.
 const LONGEST_TURN_S: f64 = 20.0;
 
 /// Longest time between two motions of one turn, s.
