@@ -293,12 +293,12 @@ fn in_short(result: &Stored) -> Result<String> {
     let default = named(&methods, "method", "footfall, default preset")?;
     let without = Stored::read("without-robot")?;
     Ok(filled(&format!(
-        "**How good:** on recordings of three real robots, footfall missed {} of {} stances. Its debounced answer came {} \
-         ms after touch-down (median; within {} ms in nine of ten stances). The RMSE of its probability was {}, whereas an \
-         answer of always ½ would have 0.5. These recordings were among those by which its constants were chosen; with \
-         constants chosen without the robot that is scored, the RMSE was {}. On average over seven sets of simulated feet \
-         and of a walking person, {} of the samples labelled not stable were called stable, and {} with constants chosen \
-         without the robot. [Compare methods and robots](#how-good-it-is).",
+        "**How good:** on recordings of three real robots, footfall missed {} of {} stances. Its decision, a debounced yes \
+         or no, came {} ms after touch-down (median; within {} ms in nine of ten stances). The RMSE of its probability was \
+         {}, whereas an answer of always ½ would have 0.5. These recordings also served to choose footfall's constants. \
+         When the constants were chosen again without the robot being scored, the RMSE was {}. On seven other sets, of \
+         simulated feet and a walking person, {} of the samples labelled not stable were called stable on average ({} with \
+         constants chosen without the robot). [Compare methods and robots](#how-good-it-is).",
         count(&of, "lost_decisions")?,
         count(&of, "stances")?,
         count(&of, "decision_ms")?,
@@ -344,11 +344,11 @@ fn meaning(result: &Stored) -> Result<String> {
         Ok(percent(row.numbers("stable")?[RANGE]))
     };
     Ok(filled(&format!(
-        "**P** says how sure the estimator is that the foot stands, which means that it moves as little as this foot does \
-         in its stances. On one robot a higher P mostly means a more certain stance, but P is not a calibrated probability: \
-         where P was between 0.6 and 0.7, the foot was labelled stable for {} of the time on a simulated ATLAS, {} on the \
-         simulated humanoids of the set LCD, and {} on real robots. So compare P with ½, and do not use its value as the \
-         frequency of stance.",
+        "**P** says how sure the estimator is that the foot stands, which means that the foot moves as little as it usually \
+         does in a stance. On one robot a higher P mostly means a more certain stance, but P is not a calibrated \
+         probability: where P was between 0.6 and 0.7, the foot was labelled stable for {} of the time on a simulated \
+         ATLAS, {} on the simulated humanoids of the set LCD, and {} on real robots. So compare P with ½, but do not read \
+         0.7 as 70 % of stances.",
         of("ATLAS")?,
         of("LCD")?,
         of("real robots")?,
@@ -417,9 +417,9 @@ fn without_robot_in_short(result: &Stored) -> Result<String> {
         })
         .collect();
     Ok(filled(&format!(
-        "The constants of the first row were chosen on all of these sets except the bench, of which two robots were in \
-         view for some of them. The constants of the second row were chosen again for each robot, without its \
-         recordings. This changes the RMSE of a robot, averaged over its sets as recorded and at 1 kHz: it is {}.",
+        "The constants of the first row were chosen on all of these sets except the bench. For the second row, they were \
+         chosen again for each robot, without its recordings. Averaged over the sets of a robot, as recorded and at 1 kHz, \
+         the RMSE is then {}.",
         cases?.join(", ")
     )))
 }
