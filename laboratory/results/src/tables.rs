@@ -1211,9 +1211,9 @@ fn throughput(result: &Stored) -> Result<String> {
     }
     let values = result.values();
     let text = format!(
-        "Two threads estimate {} times as many samples a second as one. Measured by \
-         [`throughput.py`](../laboratory/benchmarks/throughput.py) with CPython {}; before it began, the load average was \
-         {}.",
+        "Two threads estimate {} times as many samples a second as one. \
+         [`throughput.py`](../laboratory/benchmarks/throughput.py) measured this with CPython {}; before it began, the load \
+         average was {}.",
         fixed(&values, "two_threads_to_one", 2)?,
         values.text("cpython")?,
         fixed(&values, "load_average_before", 1)?
@@ -1241,9 +1241,9 @@ fn live(result: &Stored) -> Result<String> {
         ]);
     }
     let text = format!(
-        "`replay - --output -` prints the row of a line after {} ms (median), 99 of 100 within {} ms. Measured by \
-         [`live.py`](../../laboratory/benchmarks/live.py) at a raised priority; before it began, the load average of \
-         other programs was {}.",
+        "`replay - --output -` reads a line and prints its row after {} ms (median; 99 of 100 rows within {} ms). \
+         [`live.py`](../../laboratory/benchmarks/live.py) measured these times at a raised priority; before it began, the \
+         load average of other programs was {}.",
         fixed(&result.values(), "stream_p50_ms", 2)?,
         fixed(&result.values(), "stream_p99_ms", 2)?,
         fixed(&result.values(), "load_average_before", 1)?
@@ -1271,8 +1271,8 @@ fn fleet(result: &Stored) -> Result<String> {
     }
     let values = result.values();
     let text = format!(
-        "At 1 kHz, Parquet, {} workers, CPython {}; load average before: {}. In memory an estimate takes {} bytes a \
-         sample and foot.",
+        "The recordings are Parquet at 1 kHz. They were estimated by {} workers with CPython {}; before this began, the \
+         load average was {}. An estimate takes {} bytes of memory for each sample of each foot.",
         count(&values, "workers")?,
         values.text("cpython")?,
         fixed(&values, "load_average_before", 1)?,
