@@ -417,9 +417,9 @@ fn without_robot_in_short(result: &Stored) -> Result<String> {
         })
         .collect();
     Ok(filled(&format!(
-        "The constants of the first row were chosen on all of these sets except the bench. For the second row, they were \
-         chosen again for each robot, without its recordings. Averaged over the sets of a robot, as recorded and at 1 kHz, \
-         the RMSE is then {}.",
+        "The constants of the first row were chosen on all of these sets, but of the bench only the two robots named above \
+         took part. For the second row, the constants were chosen again for each robot, without its recordings. Averaged \
+         over the sets of a robot, as recorded and at 1 kHz, the RMSE is then {}.",
         cases?.join(", ")
     )))
 }
