@@ -81,7 +81,7 @@ pub enum Finding {
     /// Accelerometer and gyroscope have different axes.
     DifferentAxes {
         /// For each axis the axis of the gyroscope that lies along it, from 1, negative in the opposite direction;
-        /// `None` if the samples were turned.
+        /// `None` if several ways fit, or if the samples were turned.
         gyroscope: Option<[i8; 3]>,
     },
     /// The readings of several feet alternate.
@@ -327,9 +327,15 @@ impl Finding {
                 "the angular rate exceeds {percentile:.0} rad/s in every hundredth sample, and is in another unit or of \
                  another full scale"
             ),
-            Self::DifferentAxes { .. } => f.write_str(
-                "accelerometer and gyroscope have different axes: gravity does not turn with the angular rate",
-            ),
+            Self::DifferentAxes { gyroscope } => {
+                f.write_str(
+                    "accelerometer and gyroscope have different axes: gravity does not turn with the angular rate",
+                )?;
+                if gyroscope.is_none() {
+                    f.write_str("; compare the axes of both in the data sheet")?;
+                }
+                Ok(())
+            }
             Self::MixedFeet { feet } => write!(
                 f,
                 "the readings of {feet} feet alternate, as if they were of one foot at {feet} times the rate"

@@ -173,9 +173,10 @@ impl Check {
         }
         let found = check_gravity(rest, self.gravity);
         let is_of_axes = matches!(found, None | Some(Finding::GravityNotAlongZ { .. }));
-        // Axes are not judged if the rates are in another unit, because the judgement integrates them.
-        let is_unit_right = self.rates.finding().is_none();
-        if !is_of_axes || self.gravity != Gravity::Included || !is_unit_right {
+        // Axes are not judged if the rates are in another unit or an axis is dead, because the judgement integrates the rates.
+        let is_judged =
+            self.rates.finding().is_none() && self.dead_axes.findings().next().is_none();
+        if !is_of_axes || self.gravity != Gravity::Included || !is_judged {
             return found;
         }
         match self.axes.axes() {
@@ -183,7 +184,7 @@ impl Check {
                 Some(Finding::LeftHanded { up: check_up(rest.mean).unwrap_or("z") })
             }
             // This replaces a finding about the mounting, which can be judged only once the axes agree.
-            Some(Axes::Different(way)) => Some(Finding::DifferentAxes { gyroscope: Some(way) }),
+            Some(Axes::Different(gyroscope)) => Some(Finding::DifferentAxes { gyroscope }),
             None => found,
         }
     }
@@ -195,11 +196,21 @@ mod tests {
 
     use estimator_core::Vec3;
 
-    use fixtures::{found, walk, with_force};
+    use fixtures::{found, pitching, walk, with_both, with_force};
 
     #[test]
     fn walk_has_no_finding() {
         assert_eq!(found(&walk()), [""; 0]);
+    }
+
+    #[test]
+    fn axes_are_not_judged_if_one_is_dead() {
+        let mut mirrored = with_both(pitching(), |v| Vec3::new(-v.x, v.y, v.z));
+        assert_eq!(found(&mirrored), ["left_handed"]);
+        for sample in &mut mirrored.samples {
+            sample.imu.angular_rate.0.x = 0.0;
+        }
+        assert_eq!(found(&mirrored), ["dead_axis"]);
     }
 
     #[test]
