@@ -543,7 +543,10 @@ fn converse(
         }
         socket.flush().map_err(failed)?;
         match socket.read() {
-            Ok(Message::Text(text)) => client.take(&text),
+            Ok(Message::Text(text)) => {
+                let channels = locked(&shared.announced).len();
+                client.take(&text, channels);
+            }
             Ok(Message::Close(_)) => return Ok(()),
             Ok(_) => {}
             Err(tungstenite::Error::Io(error))
@@ -555,12 +558,17 @@ fn converse(
 }
 
 impl Client {
-    /// Processes a request; one that is not understood is ignored.
-    fn take(&self, text: &str) {
+    /// Processes a request; one that is not understood is ignored, as is a subscription to a channel beyond the announced
+    /// ones, whose number is `channels`. So a client cannot have any number of subscriptions.
+    fn take(&self, text: &str, channels: usize) {
         let mut subscriptions = locked(&self.subscriptions);
         match serde_json::from_str(text) {
             Ok(ClientRequest::Subscribe { subscriptions: new }) => {
-                for Subscription { id, channel_id } in new {
+                let is_announced = |subscription: &Subscription| {
+                    usize::try_from(subscription.channel_id)
+                        .is_ok_and(|id| (1..=channels).contains(&id))
+                };
+                for Subscription { id, channel_id } in new.into_iter().filter(is_announced) {
                     subscriptions.insert(channel_id, id);
                 }
             }
@@ -651,6 +659,18 @@ mod tests {
         // A name that an attacker has pointed to this machine.
         headers.insert("host", HeaderValue::from_static("evil.example:8765"));
         assert!(!is_allowed("http://evil.example:8765", &headers, &own));
+    }
+
+    #[test]
+    fn subscriptions_to_unknown_channels_are_ignored() {
+        let client = Client::default();
+        for id in [0, 1, 2, 3, u32::MAX] {
+            let request = json!({"op": "subscribe", "subscriptions": [{"id": 7, "channelId": id}]});
+            client.take(&request.to_string(), 2);
+        }
+        let mut channels: Vec<u32> = locked(&client.subscriptions).keys().copied().collect();
+        channels.sort_unstable();
+        assert_eq!(channels, [1, 2]);
     }
 
     #[test]
