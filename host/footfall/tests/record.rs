@@ -1,6 +1,7 @@
 //! Tests of `footfall record` as a program.
 
 use std::fs;
+use std::io::Write;
 use std::time::Duration;
 
 use crate::common::{AXES, Bench, assert_has, cases, kill, read, samples, text};
@@ -268,6 +269,30 @@ fn interruption_ends_a_command_whose_device_never_responds() {
         let code = child.wait().expect("it ends").code();
         assert_eq!(code, Some(130), "{command}");
     }
+}
+
+#[cfg(unix)]
+#[test]
+fn reader_that_has_stopped_does_not_prevent_the_end() {
+    let bench = Bench::new();
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    let mut other = writer.try_clone().expect("a pipe");
+    // Fills the pipe of the report, and then waits until it is closed.
+    let filler = std::thread::spawn(move || other.write_all(&[b'\n'; 1 << 20]));
+    let said = fs::File::create(bench.path("said.txt")).expect("a file");
+    let mut command = bench.command_with_signals("record demo -o walk.mcap", None);
+    let mut child = command.stdout(writer).stderr(said).spawn().expect("it starts");
+    drop(command);
+    bench.wait_for_samples("walk.mcap", "/footfall/FL/imu", 25);
+    assert!(kill("TERM", &child));
+    let code = child.wait().expect("it ends").code();
+    drop(reader);
+    assert!(filler.join().expect("a thread").is_err(), "nothing has read the pipe");
+    let said = read(&bench.path("said.txt"));
+    assert_eq!(code, Some(130), "{said}");
+    assert_has(&said, "the reader of the output has blocked the end for 5 s");
+    let report = bench.stdout("replay walk.mcap --topic /footfall/FL/imu --json");
+    assert!(samples(report.as_bytes()) >= 25);
 }
 
 #[test]

@@ -83,6 +83,12 @@ impl FoundAxes {
         rest.add(Some(gravity));
         Self::Known(MountingReport::of(&rest, given))
     }
+
+    /// Sentence about the foot with this name, if its axes are unknown.
+    fn warning(&self, name: &str) -> Option<String> {
+        matches!(self, Self::Unknown)
+            .then(|| format!("{name} has not stood still, so its axes are not known"))
+    }
 }
 
 /// Calibrates the feet of these lines.
@@ -162,10 +168,8 @@ fn stand(arguments: &CalibrateArguments, foot: &mut Walking) -> Result<(), Error
     let up = accept::force_at_rest(&mut foot.client, &foot.given, &mut person);
     let up = up?;
     check_interruption()?;
-    if up.is_none() {
-        messages::warn(format!("{name} has not stood still, so its axes are not known"));
-    }
     foot.axes = FoundAxes::of(up, &foot.given);
+    foot.axes.warning(name).into_iter().for_each(messages::warn);
     Ok(())
 }
 
@@ -287,6 +291,8 @@ mod tests {
     #[test]
     fn unknown_axes_leave_the_configured_ones() {
         let report = report_with(None);
+        let warning = report.feet["FL"].mounting.warning("FL");
+        assert_eq!(warning.as_deref(), Some("FL has not stood still, so its axes are not known"));
         assert_eq!(axes_in(&report), "x,-z,y");
         let text = report.to_string();
         assert!(text.contains("\naxes not known: the foot has not stood still\n"), "{text}");
@@ -297,6 +303,7 @@ mod tests {
     #[test]
     fn axes_with_z_up_replace_the_configured_ones() {
         let report = report_with(Some(Vec3::new(0.0, 0.0, 9.81)));
+        assert_eq!(report.feet["FL"].mounting.warning("FL"), None);
         assert_eq!(axes_in(&report), "x,y,z");
         assert!(report.to_string().contains("\naxes x,y,z: z is up\n"), "{report}");
         let json = serde_json::to_value(&report).expect("JSON");
