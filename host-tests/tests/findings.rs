@@ -86,17 +86,32 @@ fn mirrored_axes_are_found_on_walks_of_people() {
 #[test]
 fn permuted_accelerometers_are_found_on_walks_of_people() {
     let Some(recordings) = all() else { return };
-    let permute: [fn(&mut Vec3, &mut Vec3); 3] = [
-        |a, _| *a = Vec3::new(a.y, a.z, a.x),
-        |a, _| *a = Vec3::new(a.z, a.x, a.y),
-        |a, _| *a = Vec3::new(-a.y, a.x, a.z),
+    /// Change of the forces, and the axes of the gyroscope that lie along them then.
+    type Permutation = (fn(&mut Vec3, &mut Vec3), [i8; 3]);
+    let permute: [Permutation; 3] = [
+        (|a, _| *a = Vec3::new(a.y, a.z, a.x), [2, 3, 1]),
+        (|a, _| *a = Vec3::new(a.z, a.x, a.y), [3, 1, 2]),
+        (|a, _| *a = Vec3::new(-a.y, a.x, a.z), [-2, 1, 3]),
     ];
-    for permute in permute {
+    for (permute, right) in permute {
         let permuted: Vec<_> = recordings.iter().map(|one| changed(one, permute)).collect();
         let found = count(&permuted, |f| {
             matches!(f, Finding::DifferentAxes { .. } | Finding::LeftHanded { .. })
         });
         assert!(found >= 24, "{found} of {}", permuted.len());
+        let findings = permuted.iter().flat_map(check);
+        let ways: Vec<[i8; 3]> = findings.filter_map(|finding| way_in(&finding)).collect();
+        // Where two ways fit the swings about as well, none is advised.
+        assert!(ways.len() >= 10, "{} of {}", ways.len(), permuted.len());
+        assert!(ways.iter().all(|way| *way == right), "{right:?}: {ways:?}");
+    }
+}
+
+/// The way to lay the axes of the gyroscope along those of the accelerometer that a finding advises.
+fn way_in(finding: &Finding) -> Option<[i8; 3]> {
+    match finding {
+        Finding::DifferentAxes { gyroscope } => *gyroscope,
+        _ => None,
     }
 }
 
@@ -141,6 +156,11 @@ fn dead_axes_are_found_on_each_walk() {
         let dead: Vec<_> = recordings.iter().map(|one| changed(one, kill)).collect();
         let found = count(&dead, |f| matches!(f, Finding::DeadAxis { .. }));
         assert_eq!(found, dead.len());
+        // Advice to exchange axes would be wrong.
+        let advised = count(&dead, |f| {
+            matches!(f, Finding::DifferentAxes { .. } | Finding::LeftHanded { .. })
+        });
+        assert_eq!(advised, 0);
     }
 }
 
