@@ -26,7 +26,7 @@ use std::time::Duration;
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-use super::port::{MOST_WAITING, Sent};
+use super::output::{Output, Sent};
 
 /// Maximum number of bytes of a write.
 const LONGEST_WRITE: usize = 65_536;
@@ -44,10 +44,8 @@ pub struct LockStepLine {
     program: Option<Program>,
     /// Bytes on their way to the board, or the adapter.
     coming: VecDeque<u8>,
-    /// Bytes that wait for the program.
-    waiting: Vec<u8>,
-    /// Number of bytes lost because the program did not take them.
-    pub(crate) lost: u64,
+    /// Bytes for the program.
+    pub(super) output: Output,
 }
 
 /// A program that has the line open.
@@ -152,7 +150,7 @@ impl LockStepLine {
     /// If the socket cannot be used.
     pub fn new(listener: UnixListener) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
-        Ok(Self { listener, program: None, coming: VecDeque::new(), waiting: Vec::new(), lost: 0 })
+        Ok(Self { listener, program: None, coming: VecDeque::new(), output: Output::default() })
     }
 
     /// Takes bytes of the program, at most `most`.
@@ -166,12 +164,7 @@ impl LockStepLine {
         if self.program.is_none() {
             return Sent::Taken;
         }
-        if self.waiting.len() + bytes.len() > MOST_WAITING {
-            self.lost += bytes.len() as u64;
-            return Sent::Lost;
-        }
-        self.waiting.extend_from_slice(bytes);
-        Sent::Taken
+        self.output.push(bytes)
     }
 
     /// Accepts a program, and disconnects others. Returns whether there is a new one.
@@ -236,7 +229,7 @@ impl LockStepLine {
         let request = self.program.as_ref().and_then(|program| program.request);
         request.is_some_and(|request| match request {
             Request::Write => self.coming.len() <= MOST_COMING,
-            Request::Run(end_us) => !self.waiting.is_empty() || end_us <= now_us,
+            Request::Run(end_us) => !self.output.waiting.is_empty() || end_us <= now_us,
             Request::Parked => false,
         })
     }
@@ -244,7 +237,7 @@ impl LockStepLine {
     fn answer(&mut self, now_us: u64) -> Option<Change> {
         let program = self.program.as_mut()?;
         let output = match program.request.take() {
-            Some(Request::Run(_)) => std::mem::take(&mut self.waiting),
+            Some(Request::Run(_)) => std::mem::take(&mut self.output.waiting),
             _ => Vec::new(),
         };
         match program.answer(now_us, &output) {
@@ -255,7 +248,7 @@ impl LockStepLine {
 
     fn disconnect(&mut self) -> Change {
         self.program = None;
-        self.waiting.clear();
+        self.output.waiting.clear();
         Change::Closed
     }
 }
@@ -408,7 +401,7 @@ mod tests {
         turn_at(&mut lines, 0);
         assert_eq!(programs[1].read(&mut [0]).expect("its end"), 0);
         while lines[0].write(&[7; 1000]) == Sent::Taken {}
-        assert_eq!((lines[0].lost, lines[0].waiting.len()), (1000, 65_000));
+        assert_eq!((lines[0].output.lost, lines[0].output.waiting.len()), (1000, 65_000));
         ask(&mut programs[0], b'R', 1, &[]);
         turn_at(&mut lines, 0);
         assert_eq!(answer(&mut programs[0]).1.len(), 65_000);

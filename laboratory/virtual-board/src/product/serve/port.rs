@@ -12,6 +12,7 @@ use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, QueueSelector, tcflush, tcgetattr, tcsetattr};
 
 use super::lock_step::LockStepLine;
+use super::output::{Output, Sent};
 use super::{Passage, ServeError, ServeOptions};
 
 /// Line to a program: a pseudo-terminal, or a socket in lock step.
@@ -87,24 +88,11 @@ impl Port {
     #[must_use]
     pub const fn lost(&self) -> u64 {
         match self {
-            Self::Terminal(terminal) => terminal.lost,
-            Self::LockStep(line) => line.lost,
+            Self::Terminal(terminal) => terminal.output.lost,
+            Self::LockStep(line) => line.output.lost,
         }
     }
 }
-
-/// Result of a write to a program.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sent {
-    /// The bytes wait for the program, or no program has the line open.
-    Taken,
-    /// The bytes were lost: the program is too slow.
-    Lost,
-}
-
-/// Maximum number of bytes that wait for a reader, in addition to the bytes that the system holds: half a second of a
-/// busy bus.
-pub(super) const MOST_WAITING: usize = 64 * 1024;
 
 /// A pseudo-terminal: a program opens its far end as a serial port, and bytes pass unchanged in both directions. As with an
 /// adapter, bytes that are not read in time are lost: writing never waits for the reader.
@@ -115,9 +103,7 @@ pub struct Terminal {
     pub(crate) path: PathBuf,
     /// Whether a program has the far end open.
     is_open: bool,
-    waiting: Vec<u8>,
-    /// Number of bytes lost because the reader was too slow.
-    pub(crate) lost: u64,
+    output: Output,
 }
 
 impl Terminal {
@@ -134,7 +120,7 @@ impl Terminal {
         let flags = fcntl_getfl(&near)?;
         fcntl_setfl(&near, flags | OFlags::NONBLOCK)?;
         let mut terminal =
-            Self { near: near.into(), path, is_open: false, waiting: Vec::new(), lost: 0 };
+            Self { near: near.into(), path, is_open: false, output: Output::default() };
         terminal.clean()?;
         Ok(terminal)
     }
@@ -151,7 +137,7 @@ impl Terminal {
         settings.make_raw();
         tcsetattr(&far, OptionalActions::Now, &settings)?;
         tcflush(&far, QueueSelector::IOFlush)?;
-        self.waiting.clear();
+        self.output.waiting.clear();
         Ok(())
     }
 
@@ -187,12 +173,7 @@ impl Terminal {
         if !self.is_open {
             return Ok(Sent::Taken);
         }
-        if self.waiting.len() + bytes.len() > MOST_WAITING {
-            self.lost += bytes.len() as u64;
-            return Ok(Sent::Lost);
-        }
-        self.waiting.extend_from_slice(bytes);
-        Ok(Sent::Taken)
+        Ok(self.output.push(bytes))
     }
 
     /// Writes pending bytes as far as the system accepts them.
@@ -200,11 +181,11 @@ impl Terminal {
     /// # Errors
     /// If the terminal is gone.
     pub fn flush(&mut self) -> io::Result<()> {
-        while !self.waiting.is_empty() {
-            match self.near.write(&self.waiting) {
+        while !self.output.waiting.is_empty() {
+            match self.near.write(&self.output.waiting) {
                 Ok(0) => break,
                 Ok(count) => {
-                    self.waiting.drain(..count);
+                    self.output.waiting.drain(..count);
                 }
                 Err(error) if error.kind() == ErrorKind::WouldBlock => break,
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
@@ -324,7 +305,7 @@ mod tests {
             terminal.flush().expect("flushed");
             sent += 1;
         }
-        assert!(sent > 60 && terminal.lost == 1000, "{sent}");
+        assert!(sent > 60 && terminal.output.lost == 1000, "{sent}");
         drop(port);
         terminal.read(1).expect("it is closed");
         let mut port = far(&terminal);
