@@ -209,6 +209,7 @@ impl Feed {
         let notices = self.notices(&place, load);
         let about = About {
             name,
+            address: Some(self.address()),
             foot,
             gravity: Gravity::Included,
             load_title: load.map_or_else(|| "load".to_owned(), LoadSeries::title),

@@ -133,7 +133,6 @@ fn store(
     input_options: &InputOptions,
 ) -> Result<(Stored, Option<String>), InputError> {
     let Container { file, name, .. } = container;
-    let address = feed.address();
     let foot_contacts = if feed.is_shared {
         // Samples of several feet on one topic have no contacts beside them.
         None
@@ -141,7 +140,6 @@ fn store(
         contacts.of_imu(&feed.topic)
     };
     let mut stored = feed.finish(name.clone(), foot, load, input_options, file)?;
-    stored.about.address = Some(address);
     let mut used = None;
     if let Some(foot_contacts) = foot_contacts {
         stored.about.notices.extend(foot_contacts.notices(file));
