@@ -296,9 +296,9 @@ fn in_short(result: &Stored) -> Result<String> {
         "**How good:** on recordings of three real robots, footfall missed {} of {} stances. Its decision, a debounced yes \
          or no, came {} ms after touch-down (median; within {} ms in nine of ten stances). The RMSE of its probability was \
          {}, whereas an answer of always ½ would have 0.5. These recordings also served to choose footfall's constants. \
-         When the constants were chosen again without the robot being scored, the RMSE was {}. On seven other sets, of \
-         simulated feet and a walking person, {} of the samples labelled not stable were called stable on average ({} with \
-         constants chosen without the robot). [Compare methods and robots](#how-good-it-is).",
+         When the constants were chosen again on the other robots only, leaving out the one being scored, the RMSE was {}. \
+         On seven other sets, of simulated feet and a walking person, {} of the samples labelled not stable were called \
+         stable on average ({} with constants chosen without the robot). [Compare methods and robots](#how-good-it-is).",
         count(&of, "lost_decisions")?,
         count(&of, "stances")?,
         count(&of, "decision_ms")?,
