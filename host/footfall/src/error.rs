@@ -93,7 +93,7 @@ impl Error {
     }
 }
 
-/// Unpacks an [`Error`] that the writing function has put into an [`std::io::Error`].
+/// Unpacks an [`enum@Error`] that the writing function has put into an [`std::io::Error`].
 impl From<OutputError> for Error {
     fn from(error: OutputError) -> Self {
         let whole = |error| Self::Worded(Box::new(error));

@@ -17,7 +17,7 @@ mod foot;
 mod hands;
 pub mod lock_step;
 pub mod output;
-mod pace;
+pub mod pace;
 pub mod port;
 pub mod robot;
 mod typed;
