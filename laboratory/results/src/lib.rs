@@ -116,7 +116,7 @@ impl Measurement {
     }
 
     /// Checks that the stored figures are these, on whatever program they were measured. With `FOOTFALL_UPDATE=1` in
-    /// the environment they are written instead.
+    /// the environment they are written instead, if they differ or if their commit is not in the history.
     ///
     /// # Panics
     /// If figures differ by more than their tolerance, or a file cannot be read or written.
@@ -146,9 +146,11 @@ impl Measurement {
             Ok(stored) => self.differences(stored),
             Err(problem) => vec![format!("{problem:#}")],
         };
-        let is_same_elf = stored.is_ok_and(|stored| stored.elf() == self.elf);
+        let is_same_elf = stored.as_ref().is_ok_and(|stored| stored.elf() == self.elf);
         if env::var_os("FOOTFALL_UPDATE").is_some_and(|value| value == "1") {
-            if differences.is_empty() && is_same_elf {
+            // Without its commit, nobody can measure the same program again.
+            let is_lost = stored.is_ok_and(|stored| stored.is_lost());
+            if differences.is_empty() && is_same_elf && !is_lost {
                 return Ok(());
             }
             return self.write();
@@ -423,6 +425,20 @@ impl Stored {
         }
         Ok(older)
     }
+
+    /// Returns whether its commit is not in the history, as after a rebase. Always false in a clone without all commits, and
+    /// outside a repository.
+    fn is_lost(&self) -> bool {
+        // A remark may follow.
+        let commit = self.json["commit"].as_str().unwrap_or_default();
+        let hash = commit.split(' ').next().unwrap_or_default();
+        has_all_commits() && output("git", &["merge-base", "--is-ancestor", hash, "HEAD"]).is_err()
+    }
+}
+
+/// Returns whether this is a repository with its whole history.
+fn has_all_commits() -> bool {
+    output("git", &["rev-parse", "--is-shallow-repository"]).ok().as_deref() == Some("false")
 }
 
 /// Figures of a result by their keys.
@@ -624,19 +640,14 @@ pub fn print_older() -> Result<()> {
     Ok(())
 }
 
-/// Results whose commit is not in the history, as after a rebase: names, commits, and the command that repeats the
-/// measurement. None in a clone without all commits, and outside a repository.
+/// Results whose commit is [not in the history](Stored::is_lost): names, commits, and the command that repeats the
+/// measurement.
 fn lost() -> Result<Vec<String>> {
-    if output("git", &["rev-parse", "--is-shallow-repository"]).ok().as_deref() != Some("false") {
-        return Ok(Vec::new());
-    }
     let mut lost = Vec::new();
     for result in Stored::all()? {
-        let commit = result.text("commit")?;
-        // A remark may follow.
-        let hash = commit.split(' ').next().unwrap_or_default();
-        if output("git", &["merge-base", "--is-ancestor", hash, "HEAD"]).is_err() {
-            lost.push(format!("{}: {commit}; {}", result.name, result.text("command")?));
+        if result.is_lost() {
+            let [commit, command] = [result.text("commit")?, result.text("command")?];
+            lost.push(format!("{}: {commit}; {command}", result.name));
         }
     }
     Ok(lost)
@@ -778,6 +789,17 @@ mod tests {
         let replaced = with_block(text, "x", "new\n").expect("a block");
         assert_eq!(replaced, "a\n<!-- begin x -->\nnew\n<!-- end x -->\nb\n");
         assert!(with_block(text, "y", "").is_err());
+    }
+
+    #[test]
+    fn result_is_lost_if_its_commit_is_not_in_the_history() {
+        let at = |commit: &str| {
+            let text = format!(r#"{{"commit": "{commit} and changes"}}"#);
+            let json = serde_json::from_str(&text).expect("JSON");
+            Stored { name: "made".to_owned(), json }.is_lost()
+        };
+        assert!(!at("HEAD"));
+        assert_eq!(at("0000000000000000000000000000000000000001"), has_all_commits());
     }
 
     #[test]
