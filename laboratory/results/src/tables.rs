@@ -757,7 +757,7 @@ fn odometry(result: &Stored) -> Result<String> {
     let mut halves = Vec::new();
     for half in result.values().rows("halves")? {
         halves.push(format!(
-            "{} m/s and {} m ({} m, default {} m)",
+            "{} m/s and {} m, whose mean error is {} m ({} m with the defaults)",
             half.number("speed_m_s")?,
             half.number("lever_m")?,
             fixed(&half, "mean_error_m", 3)?,
@@ -765,9 +765,9 @@ fn odometry(result: &Stored) -> Result<String> {
         ));
     }
     let text = format!(
-        "Speed and lever of `sigma_v` were also chosen on one half of the walks and scored on the other half, in both \
-         ways. The choices, with their mean errors and those of the defaults on the same walks, were {}.",
-        halves.join(" and ")
+        "As a check, speed and lever of `sigma_v` were chosen on one half of the walks and scored on the other half, and \
+         then the other way round. The first choice was {}.",
+        halves.join(". The second was ")
     );
     Ok(format!("{}\n{}", table.0, filled(&text)))
 }
@@ -1137,8 +1137,8 @@ fn pairs(result: &Stored) -> Result<String> {
     }
     Ok(format!(
         "Only faults that can be injected into a running board without preparation were combined. Each ordered pair of \
-         them was run twice, at the same time and 12 ms apart, which makes {pairs} runs. No frame said \
-         \"stable\" on invalid data, and the board recovered.\n"
+         them was run twice, at the same time and 12 ms apart, which makes {pairs} runs. In none of them did a frame \
+         say \"stable\" on invalid data, and the board recovered from all of them.\n"
     ))
 }
 
