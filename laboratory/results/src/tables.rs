@@ -1138,7 +1138,7 @@ fn pairs(result: &Stored) -> Result<String> {
     Ok(format!(
         "Only faults that can be injected into a running board without preparation were combined. Each ordered pair of \
          them was run twice, at the same time and 12 ms apart, which makes {pairs} runs. In none of them did a frame \
-         say \"stable\" on invalid data, and the board recovered from all of them.\n"
+         say \"stable\" on invalid data, and the board recovered every time.\n"
     ))
 }
 
