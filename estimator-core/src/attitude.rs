@@ -145,7 +145,7 @@ const LAST_RESTART: f32 = 0.3;
 /// Duration of stillness from the first sample on after which the mean force of this time is taken for up, s.
 ///
 /// The ripple of a motor may shake a leg by 0.5 m/s² and more. Each sample then counts as one in motion, and the
-/// inclination takes up to a second to settle. The mean over this time is off by less than 1°.
+/// inclination takes up to a second to settle. The mean over this time is off by less than 1° from 30 Hz on.
 const STILL_FROM_THE_START: f32 = 0.15;
 
 /// Least time between two steps in which the bias follows the corrections of the inclination, s. A step costs a

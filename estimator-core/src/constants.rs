@@ -71,7 +71,7 @@ constants! {
     ///
     /// With 0.3 or more, P stays near ½ and decisions flicker. Default: 0.12; flat from 0.05 to 0.25.
     bandwidth = 0.12, 0.001 to 10.0;
-    /// Time constant τ of all means, and of the speed along the ground, s.
+    /// Time constant τ of most means, and of the speed along the ground, s.
     ///
     /// A longer time delays the decision. Default: 26 ms; flat from 15 to 33.
     window = 0.026, 0.001 to 1.0;
@@ -82,7 +82,7 @@ constants! {
     /// Longest time that learnt values are based on, s of stance or swing.
     ///
     /// A longer time forgets another robot, gait or stuck axis more slowly. Default: 1.5, which forgets the walk of
-    /// a stuck axis within ten steps; flat up to 5.
+    /// a stuck axis of the accelerometer within ten steps; flat up to 5.
     memory = 1.5, 0.01 to 1000.0;
     /// Duration of the shortest stance, s.
     ///

@@ -20,7 +20,7 @@
 //!
 //! | type | question | signals | short, long | answer after | used for |
 //! |---|---|---|---|---|---|
-//! | `LongRest` | Has the foot rested for longer than any stance? | force, rate | 25 ms, 0.5 s | [`RestParams::duration`], 1.5 s | [gyroscope bias](crate::gyro_bias), gravity |
+//! | `LongRest` | Has the foot rested for longer than most stances? | force, rate | 25 ms, 0.5 s | [`RestParams::duration`], 1.5 s | [gyroscope bias](crate::gyro_bias), gravity |
 //! | `Quietness` | How much is this accelerometer sample worth? | force, rate | newest sample, 40 ms | a few samples | weight of the sample in the [inclination](crate::attitude) |
 //! | `BriefRest` | Has the foot stood for a stance? | linear acceleration, rate | 26 ms, [`Constants::stance`] | 0.2 s | evidence of [stable contact](crate::self_calibrating) |
 //!
@@ -41,7 +41,7 @@
 //! | `BriefRest`, mean | 0.2 m/s², 0.05 rad/s | 72, 300 |
 //! | `BriefRest`, change of the mean | 0.12 m/s², 0.015 rad/s | 60, 130 |
 //!
-//! All are far beyond any level of significance: noise alone never ends a rest, not even five times the noise. Limits at
+//! All are far beyond any level of significance: in a test of 20 s not even five times the noise ends a rest. Limits at
 //! five standard deviations would call no robot at rest, since a leg under load trembles and its motors hum. What the
 //! limits decide is which slow motions pass for rest. `docs/design/rest.md` has these, and the alternatives.
 
@@ -77,7 +77,7 @@ pub struct RestParams {
     /// Duration of stillness that counts as rest, s; half a second is enough for a sensor that has not moved since its
     /// first sample.
     ///
-    /// It is longer than any stance, so that a walk never counts as rest. Default: 1.5 s, as VQF.
+    /// It is longer than most stances, so that a walk hardly counts as rest. Default: 1.5 s, as VQF.
     pub duration: f32,
     /// Largest deviation of the mean specific force over 25 ms from that over 0.5 s at rest, m/s².
     ///
@@ -148,7 +148,7 @@ impl LongRestCoefficients {
     }
 }
 
-/// Detects rest that lasts longer than any stance, from the raw force and rate.
+/// Detects rest that lasts longer than most stances, from the raw force and rate.
 ///
 /// The sensor is still while the means of force and rate over 25 ms stay near those over 0.5 s, and while gravity does
 /// not move through the sensor. The last condition excludes every turn but one about the vertical.

@@ -11,7 +11,7 @@
 //!
 //! The second limit is for a point foot below a leg that sweeps over it. Such a foot turns in each stance, and its
 //! stances must not be lost. The last condition is for such a foot, too, because the heel of a shoe that rises
-//! accelerates by some m/s², whereas the IMU just above a point foot hardly does, however fast the shank turns.
+//! accelerates by some m/s², whereas the IMU just above a point foot hardly does, while the shank turns at 3 rad/s.
 //! `docs/design/rolling.md` has the alternatives.
 
 use crate::constants::Constants;
@@ -31,7 +31,7 @@ const SPEED: f32 = 0.2;
 /// Rate of a foot that rolls, as a multiple of its usual rate in stances.
 const FACTOR: f32 = 2.0;
 
-/// Least acceleration of the IMU of a foot that rolls, m/s². With values up to this one, no shoe is found to roll later.
+/// Least acceleration of the IMU of a foot that rolls, m/s². With values up to this one, the shoe is not found to roll later.
 const LEAST_ACCELERATION: f32 = 0.7;
 
 /// Probability above which the foot is in a stance.
