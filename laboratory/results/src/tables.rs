@@ -297,12 +297,14 @@ fn in_short(result: &Stored) -> Result<String> {
     let default = named(&methods, "method", "footfall, default preset")?;
     let without = Stored::read("without-robot")?;
     Ok(filled(&format!(
-        "**How good:** on recordings of three real robots, footfall missed {} of {} stances. Its decision, a debounced yes \
-         or no, came {} ms after touch-down (median; within {} ms in nine of ten stances). The medians of the single sets \
-         are {} to {} ms. The RMSE of its probability was {}, whereas an answer of always ½ would have 0.5. These recordings also served to choose footfall's constants. \
-         When the constants were chosen again on the other robots only, leaving out the one being scored, the RMSE was {}. \
-         On seven other sets, of simulated feet and a walking person, {} of the samples labelled not stable were called \
-         stable on average ({} with constants chosen without the robot). [Compare methods and robots](#how-good-it-is).",
+        "**How good:** on recordings of three real robots, footfall missed {} of {} stances. Its decision, a \
+         debounced yes or no, came {} ms after touch-down (median; within {} ms in nine of ten stances). The \
+         medians of the single sets are {} to {} ms. The RMSE of its probability was {}, whereas an answer of \
+         always ½ would have 0.5. These recordings also served to choose footfall's constants. When the constants \
+         were chosen again on the other robots only, leaving out the one being scored, the RMSE was {}. On seven \
+         other sets, of simulated feet and a walking person, {} of the samples labelled not stable were called \
+         stable on average ({} with constants chosen without the robot). \
+         [Compare methods and robots](#how-good-it-is).",
         count(&of, "lost_decisions")?,
         count(&of, "stances")?,
         count(&of, "decision_ms")?,
@@ -792,11 +794,12 @@ fn attitude(result: &Stored) -> Result<String> {
     let values = result.values();
     let angle = |key| angle(&values, key);
     let text = format!(
-        "These figures may be better than those of your sensor, because the filter's constants were chosen on these \
-         trials, on the GO1 and on a simulated walk. But on these trials eight of its constants matter little: if one of \
-         them is changed by 20 %, the mean is between {} and {}. In another test, time constant and quiet gain were chosen from a coarse \
-         grid on three trials and scored on the other three, in all {} ways. The mean is then {}, and {} at worst. The \
-         time to which the gyroscope's samples belong matters most: without the half period that `gyro_timing` allows \
+        "These figures may be better than those of your sensor, because the filter's constants were chosen on \
+         these trials, on the GO1 and on a simulated walk. But on these trials eight of its constants matter \
+         little: if one of them is changed by 20 %, the mean is between {} and {}. In another test, time constant \
+         and quiet gain were chosen from a coarse grid on three trials and scored on the other three, in all {} \
+         ways. The mean is then {}, and {} at worst. The time to which the gyroscope's samples belong matters most: \
+         without the half period that `gyro_timing` allows \
          for, the mean is {}.",
         angle("least_mean_with_a_constant_20_percent_off_deg")?,
         angle("largest_mean_with_a_constant_20_percent_off_deg")?,
