@@ -1,8 +1,9 @@
 //! Tests of `footfall replay` as a program: output, files and exit codes.
 
 use std::fs;
+use std::iter;
 
-use crate::common::{AXES, Bench, assert_has, read, standing, text};
+use crate::common::{AXES, Bench, Lines, assert_has, read, standing, text};
 use estimator_core::any::AnyParams;
 use footfall::plot;
 use options::{Format, InputOptions};
@@ -11,7 +12,7 @@ use samples::estimate::estimates_of;
 #[cfg(unix)]
 #[test]
 fn row_of_a_stream_is_printed_before_the_next_line_comes() {
-    use std::io::{BufRead, BufReader, Write};
+    use std::io::Write;
     use std::process::Stdio;
 
     let bench = Bench::with("walk.csv", standing());
@@ -25,7 +26,7 @@ fn row_of_a_stream_is_printed_before_the_next_line_comes() {
             .spawn()
             .expect("the program that was just built");
         let mut to = child.stdin.take().expect("a pipe");
-        let mut rows = BufReader::new(child.stdout.take().expect("a pipe")).lines();
+        let rows = Lines::of(child.stdout.take().expect("a pipe"));
         let mut lines = input.lines();
         let mut printed = Vec::new();
         // The first rows show the format. Without a given rate, the rows of the first second are needed, too.
@@ -33,15 +34,14 @@ fn row_of_a_stream_is_printed_before_the_next_line_comes() {
             writeln!(to, "{line}").expect("it is read");
         }
         if held < 1000 {
-            printed.extend(rows.by_ref().take(1 + held));
+            printed.extend((0..1 + held).map_while(|_| rows.next()));
             for line in lines {
                 writeln!(to, "{line}").expect("it is read");
                 printed.push(rows.next().expect("its row"));
             }
         }
         drop(to);
-        printed.extend(rows);
-        let printed: Vec<String> = printed.into_iter().map(|row| row.expect("text")).collect();
+        printed.extend(iter::from_fn(|| rows.next()));
         assert!(child.wait().expect("it ends").success());
         assert_eq!(printed, expected.lines().collect::<Vec<_>>(), "{arguments}");
     }
@@ -50,7 +50,7 @@ fn row_of_a_stream_is_printed_before_the_next_line_comes() {
 #[cfg(unix)]
 #[test]
 fn finding_about_a_stream_is_reported_before_its_end() {
-    use std::io::{BufRead, BufReader, Write};
+    use std::io::Write;
     use std::process::Stdio;
 
     let bench = Bench::new();
@@ -63,12 +63,12 @@ fn finding_about_a_stream_is_reported_before_its_end() {
     let rows: String = (0..600).map(row).collect();
     to.write_all(format!("t,{AXES}\n{rows}").as_bytes()).expect("it is read");
     to.flush().expect("it is sent");
-    let said = BufReader::new(child.stderr.take().expect("a pipe")).lines();
-    let mut said = said.map(|line| line.expect("text"));
+    let said = Lines::of(child.stderr.take().expect("a pipe"));
     assert_has(&said.next().expect("a finding"), "which looks like g: --units g");
     drop(to);
     // It is said once.
-    assert_eq!(said.filter(|line| line.contains("looks like g")).count(), 0);
+    let mut rest = iter::from_fn(|| said.next());
+    assert!(rest.all(|line| !line.contains("looks like g")));
     assert!(child.wait().expect("it ends").success());
 }
 

@@ -5,9 +5,10 @@ pub mod feet;
 
 use std::env;
 use std::fs;
-use std::io::{self, Write};
+use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::mpsc::{self, Receiver};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -22,6 +23,29 @@ pub fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
     while !holds() {
         assert!(Instant::now() < end, "not within {HANG:?}: {what}");
         thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// Lines of a running program's output. Because they are read in the background, a test ends if a line never comes.
+pub struct Lines(Receiver<String>);
+
+impl Lines {
+    pub fn of(output: impl Read + Send + 'static) -> Self {
+        let (sender, receiver) = mpsc::channel();
+        thread::spawn(move || {
+            let lines = BufReader::new(output).lines().map(|line| line.expect("text"));
+            lines.map_while(|line| sender.send(line).ok()).for_each(drop);
+        });
+        Self(receiver)
+    }
+
+    /// Waits for the next line; `None` at the end of the output.
+    pub fn next(&self) -> Option<String> {
+        match self.0.recv_timeout(HANG) {
+            Ok(line) => Some(line),
+            Err(mpsc::RecvTimeoutError::Disconnected) => None,
+            Err(mpsc::RecvTimeoutError::Timeout) => panic!("no line within {HANG:?}"),
+        }
     }
 }
 
