@@ -10,7 +10,7 @@ use super::support::{ARCHIVE, WARNINGS, run};
 /// Boards by the family of their core, with `build.mcu` and the options of the compiler.
 const BOARDS: [(&str, &str, &str); 33] = [
     ("STM32duino F0", "cortex-m0", "-mcpu=cortex-m0 -mthumb"),
-    ("STM32duino C0, G0, L0, U0", "cortex-m0plus", "-mcpu=cortex-m0plus -mthumb"),
+    ("STM32duino C0, G0, L0, U0, WB0, WL3", "cortex-m0plus", "-mcpu=cortex-m0plus -mthumb"),
     ("STM32duino F1, F2, L1", "cortex-m3", "-mcpu=cortex-m3 -mthumb"),
     (
         "STM32duino F3, F4, G4, L4, WB",
@@ -24,7 +24,7 @@ const BOARDS: [(&str, &str, &str); 33] = [
         "-mcpu=cortex-m7 -mfpu=fpv4-sp-d16 -mfloat-abi=hard -mthumb",
     ),
     (
-        "STM32duino H5, L5, U5, WBA",
+        "STM32duino H5, L5, U3, U5, WBA",
         "cortex-m33",
         "-mcpu=cortex-m33 -mfpu=fpv4-sp-d16 -mfloat-abi=hard -mthumb",
     ),
