@@ -1,5 +1,6 @@
 //! The example in C: its library, its input from recorded walks, and the bits that it must print.
 
+use std::env;
 use std::fmt::Write as _;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -31,8 +32,11 @@ pub fn run(command: &mut Command) -> Output {
     output
 }
 
-/// The unpacked archive for all processors, packed once for all tests.
+/// The unpacked archive for all processors: the folder that `FOOTFALL_ARCHIVE` names, or packed once for all tests.
 pub static ARCHIVE: LazyLock<PathBuf> = LazyLock::new(|| {
+    if let Some(folder) = env::var_os("FOOTFALL_ARCHIVE") {
+        return folder.into();
+    }
     let root = folder().join("..");
     run(Command::new(env!("CARGO")).current_dir(&root).args(["xtask", "library"]));
     let name = format!("footfall-estimator-{}.zip", env!("CARGO_PKG_VERSION"));

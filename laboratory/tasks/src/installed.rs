@@ -1,6 +1,7 @@
 //! Installs each piece of a release from its folder into an empty environment, as a user does, and runs its first example:
 //! the wheel, the Debian package, the programs, the library for C, a crate, and firmware. Only the emulators of the boards
-//! come from the repository, and the memory map of one for the program of `PlatformIO`.
+//! come from the repository, the memory map of one for the programs of Arduino and `PlatformIO`, and tests of the library
+//! for C, which run with the library of the release.
 
 use std::env::consts::ARCH;
 use std::fmt::Write as _;
@@ -88,6 +89,13 @@ int main(void) {
 }
 "#;
 
+/// Functions of a sketch behind this program, and the function of Arduino's core that calls them.
+const IN_ARDUINO: &str = "
+void setup() { estimate_rest(); }
+void loop() {}
+int main() { setup(); loop(); }
+";
+
 /// `PlatformIO`, and the program that it builds with, both from `PyPI`.
 const PLATFORMIO: [&str; 2] = ["platformio==6.2.0", "scons==4.8.1"];
 
@@ -160,14 +168,16 @@ const COMPONENT_MANAGER: &str = "idf-component-manager==3.1.2";
 /// A piece of a release, and its test.
 type Piece = (&'static str, fn(&Release) -> Result<()>);
 
-const PIECES: [Piece; 10] = [
+const PIECES: [Piece; 12] = [
     ("checksums", check_sums),
     ("wheel", install_wheel),
     ("Debian package", install_debian_package),
     ("programs by the names of cargo binstall", run_programs),
     ("library for C", install_library),
+    ("library for Arduino", build_sketch),
     ("package for PlatformIO", build_with_platformio),
     ("component of ESP-IDF", pack_component),
+    ("build files of the archive, and its libraries", link_boards),
     ("crate", add_crate),
     ("firmware", boot_firmware),
     ("UF2", boot_uf2),
@@ -358,9 +368,8 @@ fn install_library(release: &Release) -> Result<()> {
     expect_stable(printed.trim_end().trim_end_matches("stable"))
 }
 
-/// Lets `PlatformIO` install the archive into a project and build it for this machine and for a Cortex-M4F, and runs both
-/// programs.
-fn build_with_platformio(release: &Release) -> Result<()> {
+/// Checks that there is a compiler for a Cortex-M4F, and its emulator.
+fn check_emulation() -> Result<()> {
     for (program, packages) in [
         ("arm-none-eabi-gcc", "gcc-arm-none-eabi libnewlib-arm-none-eabi"),
         ("qemu-system-arm", "qemu-system-arm"),
@@ -369,14 +378,92 @@ fn build_with_platformio(release: &Release) -> Result<()> {
             bail!("{program} is not installed (Debian: apt-get install {packages})");
         }
     }
+    Ok(())
+}
+
+/// Runs a program for a Cortex-M4F in QEMU, whose output has to end with the probability of a foot at rest.
+fn emulate(program: &Path) -> Result<()> {
+    let emulated = Step::program("qemu-system-arm")
+        .with(["-machine", "netduinoplus2", "-nographic", "-monitor", "none", "-serial", "none"])
+        .with(["-semihosting-config", "enable=on,target=native", "-kernel"])
+        .with([program.display().to_string()]);
+    expect_stable(&emulated.output()?)
+}
+
+/// Start and memory map of the emulated Cortex-M4F, from the repository.
+fn of_emulator(name: &str) -> Result<String> {
+    let board = root().join("estimator-c/examples/board");
+    fs::read_to_string(board.join(name)).with_context(|| name.to_owned())
+}
+
+/// Unpacks the archive into a folder of libraries, as the Arduino IDE does, compiles a sketch as the IDE does for a board
+/// with a Cortex-M4F, and runs it. The IDE takes the folder of a precompiled library from the processor and the options of
+/// the board, and the name of the library from its properties.
+fn build_sketch(release: &Release) -> Result<()> {
+    check_emulation()?;
+    let folder = release.folder("arduino")?;
+    let library = unpack_library(release, &folder.join("libraries"))?;
+    let properties = fs::read_to_string(library.join("library.properties"))?;
+    let value = |key: &str| {
+        let mut fields = properties.lines().filter_map(|line| line.split_once('='));
+        let field = fields.find(|(name, _)| *name == key);
+        field.map(|(_, value)| value).with_context(|| format!("library.properties has no {key}"))
+    };
+    if value("precompiled")? != "full" {
+        bail!("library.properties: the library is not precompiled");
+    }
+    let sketch = IN_C.replace("footfall_estimator.h", value("includes")?);
+    let sketch = sketch.replace("int main(void)", "static int estimate_rest()");
+    fs::write(folder.join("sketch.cpp"), sketch + IN_ARDUINO)?;
+    for name in ["startup.c", "link.ld"] {
+        fs::write(folder.join(name), of_emulator(name)?)?;
+    }
+    let source = library.join("src");
+    let compile = |program: &str, file: &str| {
+        Step::program(program)
+            .at(&folder)
+            .with(["-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard", "-I"])
+            .with([source.display().to_string()])
+            .with(["-Os", "-c", file])
+            .run()
+    };
+    compile("arm-none-eabi-g++", "sketch.cpp")?;
+    compile("arm-none-eabi-gcc", "startup.c")?;
+    Step::program("arm-none-eabi-gcc")
+        .at(&folder)
+        .with(["-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"])
+        .with(["--specs=rdimon.specs", "-T", "link.ld", "-Wl,--defsym=rom=0x08000000"])
+        .with(["-Wl,--defsym=ram=0x20000000,--defsym=ram_size=0x20000"])
+        .with(["sketch.o", "startup.o", "-o", "program", "-L"])
+        .with([source.join("cortex-m4/fpv4-sp-d16-hard").display().to_string()])
+        .with(value("ldflags")?.split(' '))
+        .run()?;
+    emulate(&folder.join("program"))
+}
+
+/// Runs the tests of the library for C with this archive instead of one of their own: each row of the table of boards links,
+/// `CMake`, pkg-config and the files for Zephyr, ESP-IDF and `PlatformIO` choose the right library, and programs for macOS and
+/// Windows link.
+fn link_boards(release: &Release) -> Result<()> {
+    let unpacked = unpack_library(release, &release.folder("boards")?)?;
+    Step::cargo(&["test", "--locked", "--quiet", "--package", "estimator-c", "--test", "c"])
+        .with(["--", "--ignored"])
+        // They build from source, or need no archive.
+        .with(["--skip", "module_of_zephyr", "--skip", "kconfig_offers"])
+        .env("FOOTFALL_ARCHIVE", unpacked)
+        .run()
+}
+
+/// Lets `PlatformIO` install the archive into a project and build it for this machine and for a Cortex-M4F, and runs both
+/// programs.
+fn build_with_platformio(release: &Release) -> Result<()> {
+    check_emulation()?;
     let environment = Environment::create("platformio")?;
     environment.install(PLATFORMIO)?;
     let archive = release.file(&format!("footfall-estimator-{VERSION}"), ".zip")?;
     let folder = release.folder("platformio")?;
     let (at, archive) = (folder.display().to_string(), archive.display().to_string());
-    let board = root().join("estimator-c/examples/board");
-    let read = |name: &str| fs::read_to_string(board.join(name)).with_context(|| name.to_owned());
-    let (start, map) = (read("startup.c")?, read("link.ld")?);
+    let (start, map) = (of_emulator("startup.c")?, of_emulator("link.ld")?);
     let files = [("src/main.c", IN_C), ("src/startup.c", &start), ("link.ld", &map)];
     for (name, text) in OF_PLATFORMIO.into_iter().chain(files) {
         let path = folder.join(name);
@@ -390,14 +477,9 @@ fn build_with_platformio(release: &Release) -> Result<()> {
         .env("PLATFORMIO_SETTING_ENABLE_TELEMETRY", "no")
         .with(["-m", "platformio", "run"])
         .run()?;
-    let program = |platform: &str| {
-        folder.join(".pio/build").join(platform).join("program").display().to_string()
-    };
-    expect_stable(&Step::program(&program("host")).output()?)?;
-    let emulated = Step::program("qemu-system-arm")
-        .with(["-machine", "netduinoplus2", "-nographic", "-monitor", "none", "-serial", "none"])
-        .with(["-semihosting-config", "enable=on,target=native", "-kernel", &program("emulated")]);
-    expect_stable(&emulated.output()?)
+    let program = |platform: &str| folder.join(".pio/build").join(platform).join("program");
+    expect_stable(&Step::program(&program("host").display().to_string()).output()?)?;
+    emulate(&program("emulated"))
 }
 
 /// Lets the component manager of ESP-IDF check the archive's folder and pack it, with the library of each chip and the file
