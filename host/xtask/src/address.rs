@@ -1,7 +1,7 @@
 //! Address of the project. It stands once, as `repository` in the `Cargo.toml` of the workspace.
 //!
 //! Manifests of packages inherit it, from where `PyPI`, Debian's package, `cargo binstall` and the library in C have it.
-//! Two documents repeat it, into which [`update`] writes it.
+//! Three documents repeat it, into which [`update`] writes it.
 
 use std::fs;
 
@@ -16,8 +16,9 @@ pub const ADDRESS: &str = env!("CARGO_PKG_REPOSITORY");
 pub const PLACEHOLDER: &str = "https://example.org/footfall";
 
 /// Files that repeat the address, with the text before it and behind it.
-const PLACES: [(&str, &str, &str); 2] = [
+const PLACES: [(&str, &str, &str); 3] = [
     ("CITATION.cff", "\nrepository-code: ", "\n"),
+    ("README.md", "`cargo binstall --git ", " "),
     ("docs/guide/your-own-board.md", "footfall-estimator = { git = \"", "\""),
 ];
 
