@@ -50,7 +50,7 @@ pub(crate) const LEAST_DISTANCE: f32 = 0.3;
 pub struct Learnt {
     /// Mean of the logarithm of the acceleration in stances, ln(m/s²).
     pub still: f32,
-    /// Mean of the logarithm of the acceleration in swings, ln(m/s²); not below that in stances.
+    /// Mean of the logarithm of the acceleration in swings, ln(m/s²); not below the mean in stances.
     pub moving: f32,
     /// Logarithm of the speed that accelerations along the ground add up to in stances, ln(m/s).
     pub speed: f32,
@@ -223,7 +223,7 @@ impl Learnt {
             ),
             row(
                 "learnt.moving",
-                "mean of the logarithm of the acceleration in swings; not below that in stances",
+                "mean of the logarithm of the acceleration in swings; not below the mean in stances",
                 Unit::LogMetrePerSecondSquared,
                 AMPLITUDE,
             ),

@@ -98,7 +98,7 @@ parameters! {
         DecisionOnDelay = decision.on_delay, Second, 0.0 to 10.0, "decision.on_delay_s":
             "time for which the probability must be above the threshold before the decision is stable";
         DecisionOffDelay = decision.off_delay, Second, 0.0 to 0.2, "decision.off_delay_s":
-            "time for which it must be at or below the threshold before the decision is not stable";
+            "time for which the probability must be at or below the threshold before the decision is not stable";
         LoadOnThreshold = load.on_threshold, LoadSignal, -1.0e9 to 1.0e9, "load.on_threshold":
             "load from which the foot counts as loaded, in the unit of the load signal";
         LoadOffThreshold = load.off_threshold, LoadSignal, -1.0e9 to 1.0e9, "load.off_threshold":
@@ -106,7 +106,7 @@ parameters! {
         MotionTimeConstant = attitude.motion_time_constant, Second, 0.1 to 100.0, "attitude.motion_time_constant_s":
             "time constant of the inclination's correction while the foot moves";
         QuietGain = attitude.quiet_gain, One, 1.0 to 1.0e4, "attitude.quiet_gain":
-            "factor by which that correction is faster while the foot is perfectly quiet";
+            "factor by which the inclination's correction is faster while the foot is perfectly quiet";
         QuietAcceleration = attitude.quiet_acceleration, MetrePerSecondSquared, 1.0e-3 to 10.0, "attitude.quiet_acceleration_m_s2":
             "deviation of the acceleration from its short mean that still counts as quiet";
         QuietRate = attitude.quiet_rate, RadianPerSecond, 1.0e-4 to 1.0, "attitude.quiet_rate_rad_s":

@@ -86,9 +86,11 @@ impl Trouble {
             Self::Fault(_) => "the estimate goes on",
             Self::Flag(Flag::Settling) => "the estimate continues, with limits that suit most feet",
             Self::Flag(Flag::TimeGap) => {
-                "a gap of up to half a window, 13 ms, is bridged without a rise; after a longer gap the probability starts near 0"
+                "a gap of up to half a window, 13 ms, leaves the probability unchanged; after a longer gap the probability starts near 0"
             }
-            Self::Flag(Flag::WindowNotFull) => "the mean is that of the samples so far",
+            Self::Flag(Flag::WindowNotFull) => {
+                "the estimate uses the samples so far, which do not fill the window yet"
+            }
             Self::Flag(Flag::Unproven) => {
                 "the probability stays at or below 0.5, and no frame says \"stable\""
             }
@@ -153,7 +155,7 @@ remedies! {
         UartOverrun: "send requests more slowly, and check the line's rate";
         PdoTimeout: "the robot has stopped sending the load: check its program, or set the source of the load (0x2015:1) to none";
         GyroBias: "the foot turned while it seemed to rest, its bias moved by more than 6 °/s in a walk, or the gyroscope is beyond its data sheet: hold the foot still and reset it; if the fault remains, replace the sensor";
-        Misread: "check the wires of the sensor's bus for length and crosstalk: samples are read only once, and may be wrong";
+        Misread: "check the wires of the sensor's bus for length and crosstalk: each sample is read only once, so some may be wrong";
         DataReadyDead: "check the wire of INT1: the sensor measures, but some or all data-ready edges are missing; samples are read by the timer, with times that may be 75 µs off. Cleared once edges have come for a second";
         SensorScale: "about half of 9.8 m/s² at rest: the part is an LSM6DSO32, set 0x2017:7 to 1; otherwise check bias and scale of the accelerometer (0x2017)";
     }

@@ -278,7 +278,7 @@ pub(super) const OBJECTS: &[Object] = &[
         index: index::PROGRAM_CONTROL,
         name: Text::new("Program control"),
         shape: Shape::Array,
-        doc: Text::new("of the program, or of the bootloader while the program is stopped (CiA 302-3)"),
+        doc: Text::new("commands that stop, start and replace the program (CiA 302-3)"),
         entries: &[
             Entry::command(1, "Program control 1", Access::Rw, Value::U8(1)).doc(
                 "0: stop (the bootloader answers from then on); 1: start; 2: reset; 3: clear; 128: confirm",

@@ -35,7 +35,7 @@ const ESTIMATION: &[Entry] = &[
         .doc("source of the limits of stillness. 0 self-calibrating: the foot learns them while it walks; 1 half-widths: those of 0x2012"),
     Entry::switch(2, "Learning", Concern::Estimator, matches!(Params::DEFAULT.learning, Learning::On) as u8)
         .key("learning")
-        .doc("1 on; 0 frozen: the learnt values do not change. No effect with method 1"),
+        .doc("1 the foot learns; 0 frozen: the learnt values do not change. No effect with method 1"),
 ];
 
 /// Numbers of [`Learnt`] in the order of its array.
@@ -338,7 +338,7 @@ pub(super) const OBJECTS: &[Object] = &[
             Entry::setting(2, "Scale", Concern::Load, Value::F32(1.0))
                 .range(Value::F32(-1.0e6), Value::F32(1.0e6))
                 .unit("N")
-                .doc("per step of the analog reading"),
+                .doc("load per step of the analog reading"),
             Entry::setting(3, "Offset", Concern::Load, Value::F32(0.0))
                 .range(Value::F32(-1.0e6), Value::F32(1.0e6))
                 .doc("the analog reading without load"),
