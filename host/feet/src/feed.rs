@@ -1,4 +1,5 @@
-//! Lines of a robot, each read by its own thread, so that a slow consumer does not block it, and reopened when it breaks.
+//! Lines of a robot. Each is read by its own thread, so that a slow consumer does not block the line, and is reopened when
+//! it breaks.
 //!
 //! Lines in lock step are read by their consumer instead: their time passes only while the consumer waits. Playbacks are
 //! merged in order of time.
@@ -6,12 +7,9 @@
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
 use std::fmt;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{
-    Receiver, RecvTimeoutError, Sender, SyncSender, TryRecvError, TrySendError, channel,
-    sync_channel,
-};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
+use std::sync::{Arc, Weak};
 use std::thread;
 use std::time::Duration;
 
@@ -43,8 +41,6 @@ pub enum FeedEvent {
     OpenedAgain(String),
     /// A line has broken or is unavailable; opening it is retried without limit.
     WaitsFor(LinkError),
-    /// Something could not be sent.
-    NotSent(LinkError),
     /// End of the feed: all playbacks have ended, or a file cannot be read.
     Ended(LinkError),
 }
@@ -61,7 +57,7 @@ pub struct Feed {
 
 /// Reader of the lines.
 enum LineReader {
-    Threads { events: Receiver<FeedEvent>, sendings: Vec<Sender<Sending>>, lost: Arc<AtomicU64> },
+    Threads { events: Receiver<FeedEvent>, lost: Arc<AtomicU64> },
     Consumer(RefCell<ConsumedLines>),
 }
 
@@ -88,15 +84,12 @@ impl Feed {
         let lines = sources.len();
         let (to, events) = sync_channel(WAITING);
         let lost = Arc::new(AtomicU64::new(0));
-        let mut sendings = Vec::new();
         for source in sources {
-            let (sending, to_send) = channel();
-            sendings.push(sending);
-            let feeder = Feeder { source, to: to.clone(), to_send, lost: Arc::clone(&lost) };
-            // `serve` fails only when the feed is dropped; the thread notices at its next arrival or timeout.
+            let feeder = Feeder { source, to: to.clone(), lost: Arc::downgrade(&lost) };
+            // `serve` fails only when the feed is dropped; the thread notices that at its next arrival or timeout.
             thread::spawn(move || feeder.serve());
         }
-        let reader = LineReader::Threads { events, sendings, lost };
+        let reader = LineReader::Threads { events, lost };
         Self { reader, clock: LineClock::default(), lines, open: Cell::new(lines) }
     }
 
@@ -163,19 +156,6 @@ impl Feed {
         }
     }
 
-    /// Queues data for sending on all lines; a failure is reported as [`FeedEvent::NotSent`].
-    pub fn send(&self, sending: &Sending) {
-        match &self.reader {
-            LineReader::Threads { sendings, .. } => {
-                for line in sendings {
-                    // If the line has ended, that was reported already.
-                    let _ = line.send(sending.clone());
-                }
-            }
-            LineReader::Consumer(lines) => lines.borrow_mut().send(sending),
-        }
-    }
-
     /// Number of arrivals dropped because the queue was full.
     #[must_use]
     pub fn lost(&self) -> u64 {
@@ -216,13 +196,6 @@ impl ConsumedLines {
             if self.lines.iter().all(|line| line.link.is_none()) {
                 return None;
             }
-        }
-    }
-
-    fn send(&mut self, sending: &Sending) {
-        for index in 0..self.lines.len() {
-            self.use_line(index);
-            self.lines[index].send(sending);
         }
     }
 
@@ -278,25 +251,14 @@ impl ConsumedLine {
             self.events.push_back(FeedEvent::Ended(error));
         }
     }
-
-    fn send(&mut self, sending: &Sending) {
-        match self.link.as_mut().map(|link| link.send(sending)) {
-            None | Some(Ok(())) => {}
-            Some(Err(error)) if error.may_pass() => {
-                self.link = None;
-                self.events.push_back(FeedEvent::Ended(error));
-            }
-            Some(Err(error)) => self.events.push_back(FeedEvent::NotSent(error)),
-        }
-    }
 }
 
 /// The thread of a feed.
 struct Feeder {
     source: Box<dyn LineSource>,
     to: SyncSender<FeedEvent>,
-    to_send: Receiver<Sending>,
-    lost: Arc<AtomicU64>,
+    /// Number of arrivals dropped. The feed owns it, so it is gone once the feed was dropped.
+    lost: Weak<AtomicU64>,
 }
 
 /// The feed was dropped.
@@ -322,27 +284,21 @@ impl Feeder {
             }
             if !std::mem::replace(&mut reported, true) {
                 self.hand_on(FeedEvent::WaitsFor(error))?;
-            } else if matches!(self.to_send.try_recv(), Err(TryRecvError::Disconnected)) {
-                // The feed was dropped, which closes the channel of sendings.
-                return Err(Left);
             }
+            self.check_feed()?;
             thread::sleep(RETRY);
         }
+    }
+
+    /// Fails if the feed was dropped. While nothing arrives on the line, the thread notices that only here.
+    fn check_feed(&self) -> Result<(), Left> {
+        if self.lost.strong_count() == 0 { Err(Left) } else { Ok(()) }
     }
 
     /// Listens until the line breaks.
     fn listen(&self, link: &mut dyn Link) -> Result<LinkError, Left> {
         loop {
-            match self.to_send.try_recv().map(|sending| link.send(&sending)) {
-                Ok(Ok(())) => continue,
-                Ok(Err(error)) if error.may_pass() => return Ok(error),
-                Ok(Err(error)) => {
-                    self.hand_on(FeedEvent::NotSent(error))?;
-                    continue;
-                }
-                Err(TryRecvError::Empty) => {}
-                Err(TryRecvError::Disconnected) => return Err(Left),
-            }
+            self.check_feed()?;
             match link.receive(LISTEN) {
                 Ok(Some((_, Arrival::Remark(remark)))) => {
                     self.hand_on(FeedEvent::Remark(remark))?;
@@ -361,7 +317,8 @@ impl Feeder {
         match self.to.try_send(event) {
             Ok(()) => Ok(()),
             Err(TrySendError::Full(_)) => {
-                self.lost.fetch_add(1, Ordering::Relaxed);
+                let lost = self.lost.upgrade().ok_or(Left)?;
+                lost.fetch_add(1, Ordering::Relaxed);
                 Ok(())
             }
             Err(TrySendError::Disconnected(_)) => Err(Left),

@@ -12,8 +12,9 @@ use std::time::{Duration, Instant};
 use feet::decode::KnownFeet;
 use feet::decode::live::{FootMessage, LiveDecoder, MessageBody};
 use feet::feed::FeedEvent;
+use feet::link::Arrived;
 use feet::link::serial::{SlcanParser, SlcanWord};
-use feet::{Feed, LineSource, Sending, Session, Source};
+use feet::{Feed, LineSource, Link, Sending, Session, Source};
 use rustix::fs::{Mode, OFlags, open};
 use rustix::io::ioctl_fionread;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
@@ -62,19 +63,39 @@ fn received(ours: &OwnedFd) -> Receiver<Vec<u8>> {
 /// Timeout that ends a hang.
 const LONGEST: Duration = Duration::from_secs(120);
 
-/// Listens to a source until `is_enough`.
-fn listen(feed: &Feed, mut is_enough: impl FnMut(&[FootMessage]) -> bool) -> Vec<FootMessage> {
+/// Timeout of one receive.
+const PIECE: Duration = Duration::from_millis(100);
+
+/// Listens to a feed until `is_enough`.
+fn listen(feed: &Feed, is_enough: impl FnMut(&[FootMessage]) -> bool) -> Vec<FootMessage> {
+    let next = || match feed.next(PIECE) {
+        Some(FeedEvent::Arrived(arrived)) => Some(arrived),
+        Some(FeedEvent::Ended(error)) => panic!("{error}"),
+        _ => None,
+    };
+    decode(next, is_enough)
+}
+
+/// Listens to a line until `is_enough`.
+fn listen_to_line(
+    link: &mut dyn Link,
+    is_enough: impl FnMut(&[FootMessage]) -> bool,
+) -> Vec<FootMessage> {
+    decode(|| link.receive(PIECE).expect("an unbroken line"), is_enough)
+}
+
+/// Decodes arrivals until `is_enough`.
+fn decode(
+    mut next: impl FnMut() -> Option<Arrived>,
+    mut is_enough: impl FnMut(&[FootMessage]) -> bool,
+) -> Vec<FootMessage> {
     let mut decoder = LiveDecoder::default();
     let mut heard = Vec::new();
     let end = Instant::now() + LONGEST;
     while !is_enough(&heard) {
         assert!(Instant::now() < end, "{} things heard", heard.len());
-        match feed.next(Duration::from_millis(100)) {
-            Some(FeedEvent::Arrived((at, arrival))) => {
-                decoder.take(arrival, at);
-            }
-            Some(FeedEvent::Ended(error) | FeedEvent::NotSent(error)) => panic!("{error}"),
-            _ => {}
+        if let Some((at, arrival)) = next() {
+            decoder.take(arrival, at);
         }
         heard.extend(std::iter::from_fn(|| decoder.next_message()));
     }
@@ -110,8 +131,8 @@ fn foot() -> String {
 fn foot_on_a_serial_port_streams_and_responds() {
     use wire::uart::{Answer, ConfigGet, Message, encode};
     let name = foot();
-    let feed = Feed::open(source(&format!("uart:{name}")));
-    let heard = listen(&feed, |heard| contacts(heard) >= 500);
+    let mut line = source(&format!("uart:{name}")).open().expect("a port");
+    let heard = listen_to_line(line.as_mut(), |heard| contacts(heard) >= 500);
     let first = heard.iter().find_map(|heard| match &heard.body {
         MessageBody::Contact(row) => Some(row.sequence),
         _ => None,
@@ -119,9 +140,10 @@ fn foot_on_a_serial_port_streams_and_responds() {
     assert!(first.is_some());
     let address = wire::Address::new(0x2000, 0);
     let request = encode(0, &Message::ConfigGet(ConfigGet { address }));
-    feed.send(&Sending::Bytes { port: None, bytes: request.as_bytes().to_vec() });
+    let request = Sending::Bytes { port: None, bytes: request.as_bytes().to_vec() };
+    line.send(&request).expect("sent");
     let is_answer = |heard: &FootMessage| matches!(&heard.body, MessageBody::Answer(answer) if answer.address == address);
-    let heard = listen(&feed, |heard| heard.iter().any(is_answer));
+    let heard = listen_to_line(line.as_mut(), |heard| heard.iter().any(is_answer));
     let answer = heard.into_iter().find(is_answer).map(|heard| heard.body);
     match answer {
         Some(MessageBody::Answer(answer)) => assert!(matches!(answer.answer, Answer::Value(_))),
@@ -239,20 +261,32 @@ fn adapter(ours: OwnedFd) -> Receiver<CanFrame> {
     given
 }
 
+/// Opens an adapter. It refuses commands at first, because it responds late until its robot has started.
+fn open_adapter(source: &Source) -> Box<dyn Link> {
+    let end = Instant::now() + LONGEST;
+    loop {
+        match source.open() {
+            Ok(line) => return line,
+            Err(error) => assert!(error.may_pass() && Instant::now() < end, "{error}"),
+        }
+    }
+}
+
 #[test]
 fn slcan_adapter_receives_from_and_sends_to_four_feet() {
     let (ours, name) = terminal();
     let given = adapter(ours);
-    let feed = Feed::open(source(&format!("slcan:{name}")));
-    let heard = listen(&feed, |heard| contacts(heard) >= 1000);
+    let mut line = open_adapter(&source(&format!("slcan:{name}")));
+    let heard = listen_to_line(line.as_mut(), |heard| contacts(heard) >= 1000);
     let mut nodes: Vec<_> = heard.iter().filter_map(|heard| heard.foot.node).collect();
     nodes.sort_unstable();
     nodes.dedup();
     assert_eq!(nodes, [0x11, 0x12, 0x13, 0x14]);
     // An SDO that reads the device type, 0x1000.
     let request = CanFrame::new(0x611, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]).expect("a frame");
-    feed.send(&Sending::Frame(request));
-    let heard = listen(&feed, |heard| heard.iter().any(|h| matches!(h.body, MessageBody::Sdo(_))));
+    line.send(&Sending::Frame(request)).expect("sent");
+    let is_sdo = |heard: &FootMessage| matches!(heard.body, MessageBody::Sdo(_));
+    let heard = listen_to_line(line.as_mut(), |heard| heard.iter().any(is_sdo));
     assert!(heard.iter().any(|h| matches!(h.body, MessageBody::Sdo([0x43, 0x00, 0x10, ..]))));
     let frames: Vec<_> = given.try_iter().collect();
     assert!(frames.contains(&request), "{frames:?}");
@@ -297,4 +331,18 @@ fn second_open_of_a_port_is_rejected() {
     assert_eq!(error.to_string(), format!("{name}: another program has it open"));
     drop(first);
     source.open().expect("it is free again");
+}
+
+#[test]
+fn dropped_feed_frees_its_silent_port() {
+    let (_ours, name) = terminal();
+    let source = source(&format!("uart:{name}"));
+    let feed = Feed::open(source.clone());
+    assert!(matches!(feed.next(LONGEST), Some(FeedEvent::Opened)));
+    drop(feed);
+    let end = Instant::now() + LONGEST;
+    while source.open().is_err() {
+        assert!(Instant::now() < end, "the port is still in use");
+        thread::sleep(Duration::from_millis(5));
+    }
 }

@@ -482,7 +482,6 @@ pub fn line_event_text(event: &FeedEvent) -> Option<String> {
     match event {
         FeedEvent::WaitsFor(error) => Some(format!("{error}; waiting for it")),
         FeedEvent::OpenedAgain(line) => Some(format!("{line} is open again")),
-        FeedEvent::NotSent(error) => Some(format!("not sent: {error}")),
         FeedEvent::Remark(remark) => Some(remark_text(remark)),
         FeedEvent::Opened | FeedEvent::Arrived(_) | FeedEvent::Ended(_) => None,
     }
@@ -616,9 +615,6 @@ mod tests {
     fn breaks_and_losses_of_lines_are_reported() {
         let again = FeedEvent::OpenedAgain("uart:/a@9600".to_owned());
         assert_eq!(line_event_text(&again).as_deref(), Some("uart:/a@9600 is open again"));
-        let refused = FeedEvent::NotSent(LinkError::wrong_kind("/a", "bytes of the serial line"));
-        let text = line_event_text(&refused).expect("a sentence");
-        assert!(text.starts_with("not sent: /a ") && text.ends_with("the serial line"), "{text}");
         assert_eq!(line_event_text(&FeedEvent::Opened), None);
         assert_eq!(lost_text(0), None);
         let lost = lost_text(3).expect("a sentence");
