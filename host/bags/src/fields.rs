@@ -97,7 +97,8 @@ impl Fields {
 }
 
 /// Returns whether messages of this type are states of a Unitree robot, whose one IMU is on the trunk.
-pub(super) fn is_low_state(message: &str) -> bool {
+#[must_use]
+pub fn is_low_state(message: &str) -> bool {
     message.ends_with("/LowState")
 }
 

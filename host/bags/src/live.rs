@@ -6,10 +6,13 @@ use options::{LoadTopic, Mapping};
 use samples::ros::{Imu, Time};
 use stored::error::{InputError, MessageProblem, Place, Problem};
 
-use crate::fields::{self, Fields};
+use crate::fields::Fields;
 use crate::loads::LoadPlace;
 use crate::messages::{Channel, decode};
-use crate::selection::{self, is_imu, last_word, names_of, trunks};
+use crate::selection::{is_imu, last_word, names_of, trunks};
+
+pub use crate::fields::is_low_state;
+pub use crate::selection::is_trunk;
 
 /// Origin of messages in errors.
 const DOMAIN: &str = "ROS 2";
@@ -116,19 +119,6 @@ pub struct TopicNames {
     pub feet: Vec<(String, String)>,
     /// Topics that are probably of the robot's trunk.
     pub trunks: Vec<String>,
-}
-
-/// Returns whether the only IMU is probably on the trunk, as in a bag: its topic or its frame names the trunk, or there is
-/// the state of a Unitree, whose feet have no IMU.
-#[must_use]
-pub fn is_trunk(topic: &str, frame: &str, has_low_state: bool) -> bool {
-    selection::is_trunk(topic, frame, has_low_state)
-}
-
-/// Returns whether messages of this type are states of a Unitree robot.
-#[must_use]
-pub fn is_low_state(message: &str) -> bool {
-    fields::is_low_state(message)
 }
 
 /// Returns the feet among topics of IMUs, named as in a bag with these topics. A topic whose words name a trunk is

@@ -168,9 +168,10 @@ pub(super) fn trunks(addresses: &[String]) -> impl Iterator<Item = &String> {
 /// Frame of the trunk's IMU on robots of Unitree and others.
 const TRUNK_FRAME: &str = "imu_link";
 
-/// Returns whether the only IMU of a bag is probably on the trunk: its topic or its frame names the trunk, or the bag
-/// has the state of a Unitree, whose feet have no IMU. `has_low_state` tells the latter.
-pub(super) fn is_trunk(topic: &str, frame: &str, has_low_state: bool) -> bool {
+/// Returns whether the only IMU is probably on the trunk: its topic or its frame names the trunk, or `has_low_state` tells
+/// that a Unitree, whose feet have no IMU, also sends its state.
+#[must_use]
+pub fn is_trunk(topic: &str, frame: &str, has_low_state: bool) -> bool {
     let names_trunk = words(topic).chain(words(frame)).any(|word| is_one_of(&TRUNK_WORDS, &word));
     let is_named = names_a_foot(topic) || names_a_foot(frame);
     !is_named && (names_trunk || has_low_state || frame == TRUNK_FRAME)
