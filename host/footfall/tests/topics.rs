@@ -43,12 +43,26 @@ fn check(arguments: &[&str], of_ros2: &str) {
     run(&packages, SCRIPT, &arguments.concat());
 }
 
+/// Runs a check of the script that needs only the samples of a walk.
+fn check_walk(check_name: &str, of_ros2: &str) {
+    let bench = bench();
+    check(&[check_name, &path(&bench, "walk.csv")], of_ros2);
+}
+
+/// Replays the walk of the bench, and returns the paths of its samples and its estimates.
+fn replayed(bench: &Bench) -> [String; 2] {
+    bench.stdout("replay walk.csv --output estimates.csv");
+    ["walk.csv", "estimates.csv"].map(|name| path(bench, name))
+}
+
+fn path(bench: &Bench, name: &str) -> String {
+    bench.path(name).display().to_string()
+}
+
 #[test]
 fn topics_have_the_estimates_of_a_replay() {
     let bench = bench();
-    bench.stdout("replay walk.csv --output estimates.csv");
-    let [samples, estimates] =
-        ["walk.csv", "estimates.csv"].map(|name| bench.path(name).display().to_string());
+    let [samples, estimates] = replayed(&bench);
     for reliability in ["reliable", "best_effort"] {
         let arguments = ["estimates", reliability, &samples, &estimates];
         check(&arguments, &format!("{FOUR} --compat muse"));
@@ -59,25 +73,19 @@ fn topics_have_the_estimates_of_a_replay() {
 #[test]
 fn page_of_foxglove_shows_the_estimates_of_a_replay() {
     let bench = bench();
-    bench.stdout("replay walk.csv --output estimates.csv");
-    let [samples, estimates] =
-        ["walk.csv", "estimates.csv"].map(|name| bench.path(name).display().to_string());
+    let [samples, estimates] = replayed(&bench);
     check(&["view", "reliable", &samples, &estimates], FOUR);
 }
 
 #[test]
 fn pattern_and_loads_of_topics_are_found() {
-    let bench = bench();
-    let samples = bench.path("walk.csv").display().to_string();
-    check(&["pattern", &samples], "ros2:/*/imu");
+    check_walk("pattern", "ros2:/*/imu");
 }
 
 #[test]
 fn topics_are_calibrated_recorded_and_monitored() {
     let bench = bench();
-    let samples = bench.path("walk.csv").display().to_string();
-    let folder = bench.path("").display().to_string();
-    check(&["others", &samples, &folder], FOUR);
+    check(&["others", &path(&bench, "walk.csv"), &path(&bench, "")], FOUR);
     if bench.path("walk.mcap").exists() {
         let replayed = bench.json("replay walk.mcap --topic all");
         assert_eq!(replayed["recordings"].as_array().map(Vec::len), Some(4));
@@ -87,51 +95,37 @@ fn topics_are_calibrated_recorded_and_monitored() {
 
 #[test]
 fn publisher_may_be_killed_and_started_again() {
-    let bench = bench();
-    let samples = bench.path("walk.csv").display().to_string();
-    check(&["restart", &samples], FOUR);
+    check_walk("restart", FOUR);
 }
 
 #[test]
 fn mismatch_and_missing_topic_are_named() {
-    let bench = bench();
-    let samples = bench.path("walk.csv").display().to_string();
-    check(&["mismatch", &samples], FOUR);
+    check_walk("mismatch", FOUR);
 }
 
 #[test]
 fn wrong_unit_is_a_warning_in_diagnostics() {
-    let bench = bench();
-    let samples = bench.path("walk.csv").display().to_string();
-    check(&["units", &samples], FOUR);
+    check_walk("units", FOUR);
 }
 
 #[test]
 fn states_of_a_go2_have_our_forces_and_its_joint_angles() {
-    let bench = bench();
-    let samples = bench.path("walk.csv").display().to_string();
-    check(&["merge", &samples], &format!("{FOUR} --compat unitree"));
+    check_walk("merge", &format!("{FOUR} --compat unitree"));
 }
 
 #[test]
 fn feet_of_a_pattern_may_start_later() {
-    let bench = bench();
-    let samples = bench.path("walk.csv").display().to_string();
-    check(&["late", &samples], "ros2:/*/imu");
+    check_walk("late", "ros2:/*/imu");
 }
 
 #[test]
 fn imu_of_the_trunk_alone_is_named() {
-    let bench = bench();
-    let samples = bench.path("walk.csv").display().to_string();
-    check(&["trunk", &samples], "--depth 10");
+    check_walk("trunk", "--depth 10");
 }
 
 #[test]
 fn states_that_are_not_of_a_unitree_are_not_merged() {
-    let bench = bench();
-    let samples = bench.path("walk.csv").display().to_string();
-    check(&["unreadable", &samples], &format!("{FOUR} --compat unitree"));
+    check_walk("unreadable", &format!("{FOUR} --compat unitree"));
 }
 
 #[test]

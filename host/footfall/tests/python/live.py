@@ -33,6 +33,7 @@ Usage:
 
 import csv
 import faulthandler
+import itertools
 import json
 import os
 import re
@@ -43,6 +44,7 @@ import sys
 import threading
 import time
 from collections import defaultdict
+from contextlib import contextmanager
 
 from cyclonedds.core import Policy, Qos
 from cyclonedds.domain import DomainParticipant
@@ -191,6 +193,24 @@ def ended(program):
     return errors
 
 
+@contextmanager
+def repeated(action):
+    """Calls `action` again and again, in a thread of its own, until the end of the block."""
+    is_over = threading.Event()
+
+    def repeat():
+        while not is_over.is_set():
+            action()
+
+    thread = threading.Thread(target=repeat)
+    thread.start()
+    try:
+        yield
+    finally:
+        is_over.set()
+        thread.join()
+
+
 def check_estimates(footfall, reliability, samples, estimates, *arguments):
     samples = samples_of(samples)
     with open(estimates, encoding="utf-8") as file:
@@ -203,20 +223,15 @@ def check_estimates(footfall, reliability, samples, estimates, *arguments):
     program = started(footfall, arguments)
     robot.wait_for_subscriber(program)
     contacts = defaultdict(list)
-    stop = threading.Event()
 
     def collect():
-        while not stop.is_set():
-            for foot, reader in readers.items():
-                contacts[foot].extend(taken(reader, Contact))
-            time.sleep(0.02)
+        for foot, reader in readers.items():
+            contacts[foot].extend(taken(reader, Contact))
+        time.sleep(0.02)
 
-    collector = threading.Thread(target=collect)
-    collector.start()
-    offset = robot.play(samples)
-    time.sleep(1.0)
-    stop.set()
-    collector.join()
+    with repeated(collect):
+        offset = robot.play(samples)
+        time.sleep(1.0)
     stances = taken(muse, ContactDetection)
     errors = ended(program)
     by_stamp = {
@@ -266,27 +281,22 @@ def check_view(footfall, reliability, samples, estimates, *arguments):
     url = re.search(r"ws://127\.0\.0\.1:[1-9]\d*$", program.stderr.readline().strip()).group()
     robot.wait_for_subscriber(program)
     subscriptions, received = {}, defaultdict(list)
-    stop = threading.Event()
     with view.connected(url, max_queue=None, origin="https://app.foxglove.dev") as page:
 
         def collect():
-            while not stop.is_set():
-                try:
-                    message = page.recv(timeout=0.1)
-                except TimeoutError:
-                    continue
-                if isinstance(message, str):
-                    view.subscribe(page, json.loads(message).get("channels", []), subscriptions)
-                else:
-                    _, number, log_ns = struct.unpack_from("<BIQ", message)
-                    received[subscriptions[number]["topic"]].append((log_ns, message[13:]))
+            try:
+                message = page.recv(timeout=0.1)
+            except TimeoutError:
+                return
+            if isinstance(message, str):
+                view.subscribe(page, json.loads(message).get("channels", []), subscriptions)
+            else:
+                _, number, log_ns = struct.unpack_from("<BIQ", message)
+                received[subscriptions[number]["topic"]].append((log_ns, message[13:]))
 
-        collector = threading.Thread(target=collect)
-        collector.start()
-        offset = robot.play(samples)
-        time.sleep(1.0)
-        stop.set()
-        collector.join()
+        with repeated(collect):
+            offset = robot.play(samples)
+            time.sleep(1.0)
     errors = ended(program)
     channels = {channel["topic"]: channel for channel in subscriptions.values()}
     messages = view.decoded(received, channels)
@@ -512,20 +522,14 @@ def check_merge(footfall, samples, *arguments):
     robot.wait_for_subscriber(program)
     while not states.get_matched_subscriptions() or not reader.get_matched_publications():
         time.sleep(0.02)
-    stop = threading.Event()
+    numbers = itertools.count(1)
 
-    def publish():
-        tick = 0
-        while not stop.is_set():
-            tick += 1
-            states.write(low_state(tick))
-            time.sleep(0.01)
+    def publish_state():
+        states.write(low_state(next(numbers)))
+        time.sleep(0.01)
 
-    publisher = threading.Thread(target=publish)
-    publisher.start()
-    robot.play(samples)
-    stop.set()
-    publisher.join()
+    with repeated(publish_state):
+        robot.play(samples)
     time.sleep(0.5)
     received = taken(reader, LowState)
     said = ended(program)
