@@ -341,7 +341,7 @@ impl Client {
         // number.
         let serial = match node {
             Some(node) => {
-                self.decode_node(node);
+                self.decoder.add(node);
                 None
             }
             None => self.serial_number().ok(),
@@ -462,7 +462,7 @@ impl Client {
         if self.node().is_none_or(|own| own == node) {
             return Ok(());
         }
-        self.decode_node(node);
+        self.decoder.add(node);
         let taken = self.listen(SCAN, |message| {
             // A robot reports loads to absent feet as well.
             let is_load = matches!(message.body, MessageBody::Load(_));
@@ -514,13 +514,8 @@ impl Client {
     pub(super) fn follow(&mut self, node: NodeId) {
         if self.node.is_some() {
             self.node = Some(node);
-            self.decode_node(node);
+            self.decoder.add(node);
         }
-    }
-
-    /// Adds a node to those whose messages are decoded.
-    fn decode_node(&mut self, node: NodeId) {
-        self.decoder.add(node);
     }
 
     /// Switches to the bootloader, which is starting and must respond within `longest`. On a bus nothing changes: program

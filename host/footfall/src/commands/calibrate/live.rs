@@ -165,8 +165,7 @@ fn stand(arguments: &CalibrateArguments, foot: &mut Walking) -> Result<(), Error
         tell: &mut |words| messages::aside(format!("{name}: {words}")),
         has_left: &is_interrupted,
     };
-    let up = accept::force_at_rest(&mut foot.client, &foot.given, &mut person);
-    let up = up?;
+    let up = accept::force_at_rest(&mut foot.client, &foot.given, &mut person)?;
     check_interruption()?;
     foot.axes = FoundAxes::of(up, &foot.given);
     foot.axes.warning(name).into_iter().for_each(messages::warn);

@@ -623,9 +623,7 @@ fn calibration_text(
 }
 
 fn by_name(numbers: &[(Named, f32)]) -> Map<String, Json> {
-    let pairs = numbers.iter();
-    let pairs = pairs.map(|(named, value)| (last_parts(named), json!(value)));
-    pairs.collect()
+    numbers.iter().map(|(named, value)| (last_parts(named), json!(value))).collect()
 }
 
 fn calibration_line(name: &str, value: f32, unit: &str) -> String {
