@@ -1,5 +1,5 @@
-//! Functions of Arm's run-time ABI that copy and clear memory, to which the compiler generates calls: by `memcpy`,
-//! `memmove` and `memset`. A program without a C library has to define those anyway, because GCC calls them, but not these.
+//! Functions of Arm's run-time ABI that copy and clear memory, to which the compiler generates calls. They call `memcpy`,
+//! `memmove` and `memset`, which even a program without a C library has to define, because GCC calls them.
 
 use core::arch::global_asm;
 

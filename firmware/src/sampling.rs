@@ -4,9 +4,9 @@
 //! [`run`] starts the sensor, waits for each tick and measures, and hands each measurement on. It knows nothing of the
 //! foot. `watch` decides from the previous ticks whether a sample is trusted.
 //!
-//! [`run`] never misses a tick because of the sensor. Initialising the sensor takes 100 ms of waiting, and both run
-//! concurrently: every tick is served with "no sample", and the initialisation continues between the ticks. They never
-//! use the bus at the same time, because without a running sensor a tick has nothing to read.
+//! [`run`] never misses a tick because of the sensor. Initialising the sensor takes 100 ms of waiting, during which every
+//! tick is served with "no sample", and the initialisation continues between the ticks. A tick and the initialisation
+//! never use the bus at the same time, because without a running sensor a tick has nothing to read.
 //!
 //! | fault | detected by | after at most |
 //! |---|---|---|
@@ -83,7 +83,7 @@ const SLOW_AFTER: u32 = 3;
 /// Number of times that all registers are read back at a higher speed of the bus before it is used.
 const TRIALS: u32 = 32;
 
-/// Wait before each of them, µs.
+/// Wait before each of these readings, µs.
 const TRIAL_MICROS: u32 = 1_000;
 
 /// Identity of a sound part.

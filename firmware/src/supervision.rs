@@ -16,7 +16,7 @@ pub enum Worker {
     /// The CAN task sent a frame, had none to send, or waited for the bus until its deadline. A bus without other nodes
     /// does not cause a restart.
     Can,
-    /// The UART task, likewise.
+    /// The UART task sent a batch, or had none to send.
     Uart,
 }
 

@@ -107,7 +107,7 @@ fn permuted_accelerometers_are_found_on_walks_of_people() {
     }
 }
 
-/// The way to lay the axes of the gyroscope along those of the accelerometer that a finding advises.
+/// Returns the way in which a finding advises to lay the axes of the gyroscope along the axes of the accelerometer.
 fn way_in(finding: &Finding) -> Option<[i8; 3]> {
     match finding {
         Finding::DifferentAxes { gyroscope } => *gyroscope,

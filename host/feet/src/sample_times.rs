@@ -51,7 +51,7 @@ pub(crate) struct SampleTimes {
     since_us: f64,
     origin_us: i64,
     judged: Judged,
-    /// Rate that one period of judgement found instead of the estimator's rate, Hz.
+    /// Rate of the stamps in the last steps that were judged, Hz, if it differs from the estimator's rate.
     other_rate: Option<f64>,
 }
 

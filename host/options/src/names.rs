@@ -325,8 +325,8 @@ pub fn guess(ours: &str, names: &[String]) -> Option<usize> {
     })
 }
 
-/// Complete mapping of each of several sensors, whose axes `triple` were found more than once in a header. Each
-/// includes the axes of the other kind whose names begin alike. A kind that has our names in the header is left out.
+/// Returns a mapping for each of several sensors whose axes `triple` were found in a header. A mapping includes the axes of
+/// the other kind whose names begin alike. If the header has our names for a kind, the mapping leaves that kind out.
 pub fn choices(triple: Triple, found: &[[usize; 3]], names: &[String]) -> Vec<Mapping> {
     let other = match triple {
         Triple::Acceleration => Triple::Rate,

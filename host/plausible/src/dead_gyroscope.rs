@@ -5,8 +5,8 @@ use samples::RecordedSample;
 
 use crate::finding::Finding;
 
-/// Time with the same readings from which the gyroscope counts as dead, s. A working gyroscope has noise, and the readings
-/// of one that is simulated without noise stay the same only as long as those of the accelerometer do.
+/// Time with the same readings from which the gyroscope counts as dead, s. A working gyroscope has noise. The readings of a
+/// gyroscope that is simulated without noise stay the same only while the readings of the accelerometer do.
 const LONGEST_S: f64 = 1.0;
 
 /// Change of the acceleration from which the foot moves, m/s².

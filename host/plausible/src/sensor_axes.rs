@@ -30,9 +30,10 @@ const LONGEST_S: f64 = 2.0;
 /// Longest step within a swing, s.
 const LONGEST_STEP_S: f64 = 0.05;
 
-/// Smallest turn of the foot in a swing that distinguishes axes, rad. It also distinguishes units, because the wrong unit
-/// makes the turn smaller.
+/// Smallest turn of the foot in a swing that distinguishes axes, rad.
 const LEAST_TURN: f64 = 0.25;
+
+/// Smallest turn in a swing that distinguishes units, rad. It is smaller, because the wrong unit makes the turn smaller.
 const LEAST_TURN_OF_UNITS: f64 = 0.04;
 
 /// Rate at which a swing is integrated, Hz. Readings of a faster sensor are averaged.
@@ -42,7 +43,8 @@ const INTEGRATED_HZ: f32 = 200.0;
 const MOST_SWINGS: usize = 24;
 const LEAST_SWINGS: usize = 3;
 
-/// Largest error that counts of a swing: of the velocity at its end, m/s, and of gravity, m/s². An error of gravity counts half.
+/// Limits of the errors of a swing, beyond which an error counts as the limit: of the velocity at its end, m/s, and of gravity,
+/// m/s², whose error counts half.
 const MOST_VELOCITY: f64 = 5.0;
 const MOST_GRAVITY: f64 = 10.0;
 
@@ -55,10 +57,12 @@ const LEAST_DIFFERENCE: f64 = 0.3;
 /// Ratio of the errors up to which a mirror image counts as good as the best way.
 const ALIKE: f64 = 1.15;
 
-/// Difference of the errors of the best two ways, m/s, up to which they are the same for this foot, because it does not turn
-/// about the axis in which they differ, and their ratio beyond which the best is right. On 4 of 29 recordings of people the
-/// right way is the second best, with a ratio of up to 1.39.
+/// Difference of the errors of the best two ways, m/s, up to which this foot does not distinguish the ways, because it does
+/// not turn about the axis in which they differ.
 const SAME: f64 = 0.03;
+
+/// Ratio of the errors of the best two ways beyond which the best is right. On 4 of 29 recordings of people the right way is
+/// the second best, with a ratio of up to 1.39.
 const CLEAR: f64 = 1.45;
 
 /// Number of ways to lay three axes along three others.

@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-/// List of topics or other names.
+/// Lists up to twenty topics or other names, or says that there is nothing.
 pub(crate) fn listed<T: Display>(names: &[T]) -> String {
     match names {
         [] => "nothing".to_owned(),

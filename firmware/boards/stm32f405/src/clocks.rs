@@ -126,7 +126,7 @@ pub fn apb1_hertz() -> u32 {
     }
 }
 
-/// Clock of the processor, kHz, likewise.
+/// Clock of the processor, kHz, by the same divider.
 pub fn processor_khz() -> u32 {
     match RCC.cfgr().read().ppre1() {
         APBPrescaler::DIV4 => PLL_MHZ / 2 * 1_000,

@@ -181,7 +181,7 @@ pub struct OfConfiguration {
 /// Takes the settings of a configuration file, by name and value, for a foot with this id.
 ///
 /// # Errors
-/// A value is not one of the foot's setting.
+/// A setting of the foot does not accept its value.
 pub fn from_configuration(
     settings: impl IntoIterator<Item = (String, String)>,
     node: Option<NodeId>,

@@ -16,7 +16,7 @@ pub(super) use lock_step::is_in_lock_step;
 /// Timeout of a write.
 const WRITE_TIMEOUT: Duration = Duration::from_millis(500);
 
-/// Time in which a board on USB hands over what it had ready for an earlier program: some frames of the bus.
+/// Time in which a board on USB hands over the bytes that it had ready for an earlier program. It takes some frames of USB.
 const LEFT_OVER: Duration = Duration::from_millis(10);
 
 /// Maximum size of one read, bytes.

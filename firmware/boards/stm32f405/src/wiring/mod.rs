@@ -27,7 +27,7 @@ pub struct Parts {
     pub led: Peri<'static, Led>,
 }
 
-/// Controller of the sensor's bus and its pins. `sensor` starts it.
+/// Controller of the sensor's bus and its pins. The module `sensor` starts it.
 pub struct SensorParts {
     pub controller: Peri<'static, SPI1>,
     pub clock: Peri<'static, SensorClock>,
@@ -35,13 +35,13 @@ pub struct SensorParts {
     pub from_sensor: Peri<'static, FromSensor>,
     pub select: Peri<'static, SensorSelect>,
     pub data_ready: Peri<'static, DataReady>,
-    /// Owned, so that no other code uses it, because the HAL is bypassed.
+    /// Not passed to the HAL, but owned, so that no other code uses it.
     pub _transmit_dma: Peri<'static, DMA2_CH3>,
-    /// Likewise.
+    /// As `_transmit_dma`.
     pub _receive_dma: Peri<'static, DMA2_CH0>,
 }
 
-/// Controller of CAN and its pins, before the bit rate is known. `can` starts it.
+/// Controller of CAN and its pins, before the bit rate is known. The module `can` starts it.
 pub struct CanParts {
     /// Owned, so that no other code uses it.
     pub _controller: Peri<'static, CAN1>,
@@ -49,7 +49,7 @@ pub struct CanParts {
     pub transmit: Peri<'static, CanTransmit>,
 }
 
-/// Controller of the serial line, its pins and DMA, before the rate is known. `uart` starts it.
+/// Controller of the serial line, its pins and DMA, before the rate is known. The module `uart` starts it.
 pub struct UartParts {
     pub controller: Peri<'static, USART1>,
     pub transmit: Peri<'static, UartTransmit>,

@@ -257,7 +257,7 @@ impl FootOnCan {
         self.missing += more;
     }
 
-    /// Counts a contact that arrived after a later one. It was counted as missing before that one.
+    /// Counts a contact that arrived after a later one, on whose arrival it was counted as missing.
     fn overtaken(&mut self, report: &mut Report) {
         report.count_problem("contacts_out_of_order");
         self.missing -= 1;

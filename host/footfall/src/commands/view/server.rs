@@ -131,7 +131,7 @@ struct Shared {
     /// Number of connections.
     connections: AtomicUsize,
     is_over: AtomicBool,
-    /// Whether a refusal of each kind was reported.
+    /// Warnings that were printed.
     reported: Mutex<Vec<String>>,
 }
 
@@ -351,7 +351,7 @@ impl Shared {
     /// Prints a warning once.
     fn report(&self, text: String) {
         let mut reported = locked(&self.reported);
-        // A page may come under many names.
+        // The number is limited, because a page may come under many names.
         if reported.len() < MOST_CLIENTS && !reported.contains(&text) {
             warn(&text);
             reported.push(text);
