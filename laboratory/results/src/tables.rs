@@ -1015,9 +1015,10 @@ fn latency_to_the_robot(result: &Stored) -> Result<String> {
         ]);
     }
     // Filters and the wait for a sample are over when it is taken.
-    for (name, parts) in
-        [("**age of the sample**: sum of the last three", &parts[2..]), ("**sum**", &parts[..])]
-    {
+    for (name, parts) in [
+        ("**age of the sample**: sum of the three rows above", &parts[2..]),
+        ("**sum of all parts**", &parts[..]),
+    ] {
         let [typical, longest] = sum(parts);
         table.row([name.to_owned(), format!("**{typical:.2}**"), format!("**{longest:.2}**")]);
     }
@@ -1156,7 +1157,7 @@ fn bus_profiles(result: &Stored) -> Result<String> {
         "wiring",
         "feet",
         "bit rate",
-        "a contact each",
+        "contact message every",
         "load of the bus",
         "longest time between two contacts of a foot",
     ]);

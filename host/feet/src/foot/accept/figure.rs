@@ -170,13 +170,13 @@ limits! {
         "the chip's clock needs 2.7 V (DS8626)",
         "switch the board off and on once: the first start sets the level";
     TEMPERATURE: Board, "sensor temperature", "°C", 0.0, 60.0,
-        "a room, and the part's own heat; the part takes −40 to 85 °C (DS12814)",
+        "temperature of a room, and the part's own heat; the part takes −40 to 85 °C (DS12814)",
         "let the board come to the temperature of the room";
     TO_MAILBOX: Board, "edge to mailbox", "µs", 0.0, EDGE_TO_MAILBOX_US as f64,
         "budget of the latency; the longest since power-up, by the board's timer; 0 without CAN",
         "storing settings increases it: switch the board off and on, and repeat; if it remains, the clock or the program is a different one";
     TO_END: Board, "edge to end of work", "%", 0.0, 80.0,
-        "of the period of ticks, without the wait for the edge; the longest since power-up",
+        "share of the time between ticks, without the wait for the edge; the longest since power-up",
         "storing settings or a fault of the sensor increases it: switch the board off and on, and repeat";
     STACK: Board, "stack used", "bytes", 0.0, 40_960.0,
         "the smallest stack is 48 KiB; the maximum depth since power-up",
@@ -185,16 +185,16 @@ limits! {
         "self-test of the sensor (DS12814)",
         "repeat it with the foot still; if it fails again, replace the sensor";
     CONTACT_RATE: Still, "contact rate", "%", 99.9, 100.1,
-        "of the set rate, at most that of the ticks, on the foot's clock",
+        "share of the set rate, or of the rate of ticks if that is lower; by the foot's clock",
         "check late ticks and missing contacts";
     DATA_RATE: Still, "data rate of the sensor", "Hz", 6_333.0, 7_000.0,
         "6667 Hz ± 5 % after its trim, by the board's crystal",
         "replace the sensor; if contacts are also far from 1000 a second, the crystal is a different one";
     MISSING: Still, "missing contacts", "%", 0.0, 0.1,
-        "contacts are numbered",
+        "gaps in the numbers of the contacts",
         "check termination and ground of the bus, the adapter, and what else this machine does";
     VALID: Still, "valid contacts", "%", 99.9, 100.0,
-        "no fault and no doubt",
+        "share without a fault and without a flag of doubt",
         "", WatchContacts;
     STABLE: Still, "stable contacts", "%", 99.0, 100.0,
         "a foot at rest",
@@ -203,10 +203,10 @@ limits! {
         "gravity ± 5 %: offset 20 mg, sensitivity 1 % (DS12814), and soldering",
         "half or twice as much means another part, such as an LSM6DSO32", CalibrateRests;
     FORCE_NOISE: Still, "noise of the accelerometer", "m/s²", 0.002, 0.1,
-        "less than half a code, which is 0.005 m/s², may be reported as frozen; 110 µg/√Hz (DS12814) is some 0.025",
+        "below half a code, whose step is 0.005 m/s², an axis may be reported as frozen; 110 µg/√Hz (DS12814) gives about 0.025",
         "too much: vibration or supply; too little: a filter is set wrongly";
     RATE_NOISE: Still, "noise of the gyroscope", "°/s", 0.02, 0.5,
-        "a sound axis below a quarter of a code of 0.07 °/s may be reported as frozen; 3.8 mdps/√Hz (DS12814) is some 0.09",
+        "below a quarter of a code, whose step is 0.07 °/s, a sound axis may be reported as frozen; 3.8 mdps/√Hz (DS12814) gives about 0.09",
         "too much: vibration or supply; too little: a filter is set wrongly";
     BIAS: Still, "bias of the gyroscope", "°/s", 0.0, 6.0,
         "zero-rate level 1 °/s (DS12814); more than 6 is fault 0x7009",
@@ -263,7 +263,7 @@ limits! {
         "three loads",
         "check source, scale and thresholds of the load input";
     LOAD_KNOWN: Load, "contacts with a known load", "%", 99.0, 100.0,
-        "a load a second at least over CAN",
+        "over CAN, at least one load each second",
         "the robot has to send RPDO1";
     DETECTED: Unplug, "time to a fault", "ms", 0.0, 100.0,
         "fault matrix of the virtual board",
