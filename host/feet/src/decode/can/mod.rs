@@ -63,6 +63,8 @@ struct FootEntry {
     first: Option<First>,
     /// Number of restarts.
     segment: u32,
+    /// Kinds of frames that came without a contact before them.
+    early: Vec<Pdo>,
 }
 
 /// A contact of number 0, which may be the first after a start. A starting foot sends its first contact before
@@ -140,8 +142,15 @@ impl CanDecoder {
         }
         // Other frames of a foot belong to the contact that it sent just before.
         let key = (interface.to_owned(), node.get());
-        let Some(FootEntry { foot: Some(foot), .. }) = self.feet.get(&key) else {
-            return self.report.count_problem("frames_before_any_contact");
+        let entry = self.feet.entry(key).or_default();
+        let Some(foot) = &entry.foot else {
+            // If reception began between a contact and its other frames, one of each kind may come.
+            if entry.early.contains(&pdo) {
+                self.report.count_problem("frames_before_any_contact");
+            } else {
+                entry.early.push(pdo);
+            }
+            return;
         };
         let row = self.rows.get_mut(foot.row);
         if !row.is_some_and(|row| complete_row(row, pdo, bytes, foot.newest.short)) {

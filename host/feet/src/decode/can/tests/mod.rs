@@ -282,6 +282,20 @@ fn malformed_line_is_reported_and_skipped() {
 }
 
 #[test]
+fn frames_of_a_contact_before_the_log_are_no_problem() {
+    let axes = |step: u16| {
+        let axes = Axes { timestamp: ShortTime(step), ..Axes::default() };
+        let frame = CanFrame::new(0x291, &axes.encode()).unwrap();
+        format!("{}\n", Logged { at: Timestamp::from_micros(3000), frame }.line("can0"))
+    };
+    let log = [axes(300), contact("can0", 5, 0, 500)].concat();
+    assert!(decode(&log, "can.log", &[]).report.problems.is_empty());
+    // Where a kind comes twice, the contact between is missing.
+    let log = [axes(300), axes(500), contact("can0", 7, 0, 700)].concat();
+    assert_eq!(decode(&log, "can.log", &[]).report.problems["frames_before_any_contact"], 1);
+}
+
+#[test]
 fn frames_without_their_contact_complete_no_row() {
     let axes = Axes { timestamp: ShortTime(300), ..Axes::default() };
     let frame = CanFrame::new(0x291, &axes.encode()).unwrap();
