@@ -355,8 +355,8 @@ fn meaning(result: &Stored) -> Result<String> {
         "**P** says how sure the estimator is that the foot stands, which means that the foot moves as little as it usually \
          does in a stance. On one robot a higher P mostly means a more certain stance, but P is not a calibrated \
          probability: where P was between 0.6 and 0.7, the foot was labelled stable for {} of the time on a simulated \
-         ATLAS, {} on the simulated humanoids of the set LCD, and {} on real robots. So compare P with ½, but do not read \
-         0.7 as 70 % of stances.",
+         ATLAS, {} on another group's simulated humanoids (LCD), and {} on real robots. So compare P with ½, but do not \
+         read 0.7 as 70 % of stances.",
         of("ATLAS")?,
         of("LCD")?,
         of("real robots")?,
