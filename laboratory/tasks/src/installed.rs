@@ -168,7 +168,7 @@ const COMPONENT_MANAGER: &str = "idf-component-manager==3.1.2";
 /// A piece of a release, and its test.
 type Piece = (&'static str, fn(&Release) -> Result<()>);
 
-const PIECES: [Piece; 12] = [
+const PIECES: [Piece; 13] = [
     ("checksums", check_sums),
     ("wheel", install_wheel),
     ("Debian package", install_debian_package),
@@ -180,7 +180,8 @@ const PIECES: [Piece; 12] = [
     ("build files of the archive, and its libraries", link_boards),
     ("crate", add_crate),
     ("firmware", boot_firmware),
-    ("UF2", boot_uf2),
+    ("UF2 of the Nano RP2040", boot_uf2),
+    ("UF2 of the Feather RP2350", boot_rp2350),
 ];
 
 /// Folder of a release, and an empty folder into which the pieces are installed.
@@ -567,6 +568,15 @@ fn boot_uf2(release: &Release) -> Result<()> {
         .with(["decode", "uart.bin", "--output", "rows.csv"])
         .run()?;
     expect_stable_at_end(&folder.join("rows.csv"))
+}
+
+/// Boots the program of a Feather RP2350 on an emulated one, where a walk has the bits of a host.
+fn boot_rp2350(release: &Release) -> Result<()> {
+    let uf2 = release.file(&format!("foot-{VERSION}-feather-rp2350"), ".uf2")?;
+    Step::cargo(&["test", "--locked", "--quiet", "--manifest-path", "laboratory/rp2350/Cargo.toml"])
+        .with(["estimate_has_the_bits_of_the_host"])
+        .env("FOOTFALL_UF2", uf2)
+        .run()
 }
 
 /// Reads the names that `cargo binstall` would download, unpacks these files, and runs the program in them.
