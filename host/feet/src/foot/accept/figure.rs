@@ -188,7 +188,7 @@ limits! {
         "share of the set rate, or of the rate of ticks if that is lower; by the foot's clock",
         "check late ticks and missing contacts";
     DATA_RATE: Still, "data rate of the sensor", "Hz", 6_333.0, 7_000.0,
-        "6667 Hz ± 5 % after its trim, by the board's crystal",
+        "6667 Hz ± 5 %, measured against the board's crystal",
         "replace the sensor; if contacts are also far from 1000 a second, the crystal is a different one";
     MISSING: Still, "missing contacts", "%", 0.0, 0.1,
         "gaps in the numbers of the contacts",
@@ -263,7 +263,7 @@ limits! {
         "three loads",
         "check source, scale and thresholds of the load input";
     LOAD_KNOWN: Load, "contacts with a known load", "%", 99.0, 100.0,
-        "over CAN, at least one load each second",
+        "over CAN, a load each 100 ms, or within the time that 0x1400:5 sets",
         "the robot has to send RPDO1";
     DETECTED: Unplug, "time to a fault", "ms", 0.0, 100.0,
         "fault matrix of the virtual board",
