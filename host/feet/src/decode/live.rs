@@ -5,6 +5,7 @@
 //! serial line is returned once its first health message has named it, or once it has sent none for 0.2 s on its clock.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::mem;
 use std::sync::Arc;
 
 use estimator_core::Timestamp;
@@ -169,16 +170,20 @@ impl LiveDecoder {
             rows: UartDecoder::new(&self.can.known, &line),
             held: HeldBack::default(),
             newest: at,
+            has_begun: false,
         });
         serial.newest = at;
         for byte in bytes {
-            let frame = match serial.decoder.push(*byte) {
-                None => continue,
-                Some(Err(problem)) => {
+            let Some(result) = serial.decoder.push(*byte) else { continue };
+            let is_first = !mem::replace(&mut serial.has_begun, true);
+            let frame = match result {
+                // Reception begins between any two bytes, so it mostly has only the end of the first frame.
+                Err(problem) if is_first && !uart::is_whole(&problem) => continue,
+                Err(problem) => {
                     serial.rows.report.count_problem(uart::name(problem));
                     continue;
                 }
-                Some(Ok(frame)) => frame,
+                Ok(frame) => frame,
             };
             let body = match (serial.rows.take(&frame), frame.message) {
                 (Some(mut row), _) => {
@@ -315,6 +320,8 @@ struct SerialInput {
     held: HeldBack<FootMessage>,
     /// Time of the newest bytes on the receiver's clock.
     newest: Timestamp,
+    /// Whether the end of a frame was received.
+    has_begun: bool,
 }
 
 impl SerialInput {
@@ -390,6 +397,25 @@ mod tests {
             [FootMessage { foot, body: MessageBody::Contact(row), .. }] => (foot, row),
             _ => panic!("{messages:?}"),
         }
+    }
+
+    #[test]
+    fn reception_may_begin_in_the_middle_of_a_frame() {
+        let problems = |begun: &[&[u8]]| {
+            let mut decoder = LiveDecoder::default();
+            for bytes in begun {
+                decoder.bytes("ttyACM0", bytes, at(1));
+            }
+            decoder.reports()[0].1.problems.values().sum::<u64>()
+        };
+        let message = Message::Contact(line::ContactMessage::new(&estimate(5000), Faults::NONE));
+        let encoded = line::encode(3, &message);
+        let whole = encoded.as_bytes();
+        for cut in 1..whole.len() {
+            assert_eq!(problems(&[&whole[cut..], whole]), 0, "{cut}");
+        }
+        // Damage after the first frame is a problem.
+        assert_eq!(problems(&[whole, &whole[5..], whole]), 1);
     }
 
     #[test]

@@ -137,7 +137,7 @@ impl<T> HeldBack<T> {
 }
 
 /// Returns whether the frame is undamaged but of an unknown version, kind or payload.
-const fn is_whole(problem: &Problem) -> bool {
+pub(crate) const fn is_whole(problem: &Problem) -> bool {
     matches!(problem, Problem::Version(_) | Problem::Kind(_) | Problem::Payload(_))
 }
 
