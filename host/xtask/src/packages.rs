@@ -20,6 +20,8 @@ struct Package {
     name: String,
     manifest_path: PathBuf,
     dependencies: Vec<Dependency>,
+    /// Registries to which the package may go; `None` means any.
+    publish: Option<Vec<String>>,
 }
 
 #[derive(Deserialize)]
@@ -32,6 +34,8 @@ pub struct Packages {
     /// Packages by name, each with its folder, relative to the root, and with the packages of the workspace on which it
     /// depends.
     all: BTreeMap<String, (String, BTreeSet<String>)>,
+    /// Names of the packages that may be published.
+    publishable: BTreeSet<String>,
 }
 
 impl Packages {
@@ -55,7 +59,14 @@ impl Packages {
             let needs = needs.map(|needed| needed.name.clone()).collect();
             all.insert(package.name.clone(), (folder.to_owned(), needs));
         }
-        Ok(Self { all })
+        let publishable = metadata.packages.into_iter().filter(|package| package.publish.is_none());
+        let publishable = publishable.map(|package| package.name).collect();
+        Ok(Self { all, publishable })
+    }
+
+    /// Names of the packages that may be published, in alphabetical order.
+    pub fn publishable(&self) -> impl Iterator<Item = &str> {
+        self.publishable.iter().map(String::as_str)
     }
 
     /// Returns the package of a file: of all packages whose folder contains the file, the one with the longest folder.
@@ -112,7 +123,7 @@ mod tests {
             ("proofs", package("board/proofs", &[])),
         ];
         let all = all.map(|(name, package)| (name.to_owned(), package));
-        Packages { all: all.into() }
+        Packages { all: all.into(), publishable: BTreeSet::new() }
     }
 
     fn touched(path: &str) -> Vec<String> {

@@ -168,36 +168,18 @@ fn oldest_compiler(name: &str, outside: &Path) -> Result<String> {
 
 #[cfg(test)]
 mod tests {
+    use xtask::packages::Packages;
+
     use super::*;
-
-    fn read(path: &str) -> String {
-        fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
-    }
-
-    /// Values in quotes, one on each line.
-    fn quoted(lines: &str) -> impl Iterator<Item = &str> {
-        lines.lines().filter_map(|line| line.split('"').nth(1))
-    }
 
     #[test]
     fn packed_crates_are_those_that_may_be_published() {
-        let workspace = read("Cargo.toml");
-        let (_, members) = workspace.split_once("\nmembers = [\n").expect("members");
-        let (members, _) = members.split_once("\n]").expect("an end of the members");
-        let mut may_be_published = Vec::new();
-        for member in quoted(members) {
-            let manifest = read(&format!("{member}/Cargo.toml"));
-            let value = |key: &str| manifest.lines().find(|line| line.starts_with(key));
-            if value("publish").is_none() {
-                let name = value("name = ").and_then(|line| quoted(line).next());
-                may_be_published.push(name.expect("a name").to_owned());
-            }
-        }
+        let packages = Packages::read().expect("manifests");
         let mut packed = NAMES.map(|name| format!("footfall-{name}"));
         packed.sort();
-        may_be_published.sort();
-        assert_eq!(may_be_published, packed, "`publish` of the manifests, and `NAMES`");
-        let page = read("CONTRIBUTING.md");
+        let publishable: Vec<&str> = packages.publishable().collect();
+        assert_eq!(publishable, packed, "`publish` of the manifests, and `NAMES`");
+        let page = fs::read_to_string(root().join("CONTRIBUTING.md")).expect("the page");
         for name in packed {
             assert!(page.contains(&format!("`{name}`")), "CONTRIBUTING.md: {name}");
         }
